@@ -1,0 +1,419 @@
+"""Read first: what the stages pass to each other.
+
+    Scene ─flatten→ World ─place_samples→ SampleSet ─trace→ Tally ─map_to_vertices→ VertexField
+                                                                          └──── all of it → BakeResult
+
+Everything is frozen. Arrays are shared, not copied: treat them as read-only.
+Lengths are metres, AO is 1 where open and 0 where closed, `k` counts the falloff distances.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bake.settings import BakeSettings
+
+Float64Array = NDArray[np.float64]
+Float32Array = NDArray[np.float32]
+Int64Array = NDArray[np.int64]
+Int32Array = NDArray[np.int32]
+UInt32Array = NDArray[np.uint32]
+UInt16Array = NDArray[np.uint16]
+UInt8Array = NDArray[np.uint8]
+BoolArray = NDArray[np.bool_]
+
+
+class Role(enum.StrEnum):
+    """What an object is to the bake: who casts, who receives, and how."""
+
+    STATIC = "static"
+    BLOCKER = "blocker"
+    RECEIVER = "receiver"
+    TREE = "tree"
+    SHRUB = "shrub"
+    SMALL = "small"
+    LOD = "lod"
+    IGNORE = "ignore"
+
+    @property
+    def casts_opaque(self) -> bool:
+        """Whether rays end at this object's triangles."""
+        return self in (Role.STATIC, Role.BLOCKER)
+
+    @property
+    def receives_per_vertex(self) -> bool:
+        """Whether surface samples are placed on this object and mapped to its vertices."""
+        return self in (Role.STATIC, Role.RECEIVER)
+
+
+class VertexState(enum.IntEnum):
+    """How a vertex came by its value; the stored code of `VertexField.state`."""
+
+    BAKED = 0
+    FILLED = 1  # referenced, but every sample around it was invalid: filled from its neighbours
+    UNREFERENCED = 2  # no triangle uses it; its AO is NaN in memory and 1 in exports
+    NOT_BAKED = 3  # belongs to an object that receives no per-vertex AO
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """What a surface does to a ray.
+
+    Attributes:
+        name: Name in the file.
+        two_sided: Both sides are a proper outside: a hit on the back never counts as a back face.
+        openness: Share of light that passes, in [0, 1]: 0 opaque; the mean of an alpha mask's holes.
+    """
+
+    name: str
+    two_sided: bool = False
+    openness: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class PrimitiveRange:
+    """Where one source primitive lies inside a `Mesh`, so that an export can find its way back."""
+
+    primitive: int
+    first_vertex: int
+    vertex_count: int
+    first_face: int
+    face_count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """Geometry as stored, in object space, shared by the objects that instance it.
+
+    Attributes:
+        name: Name in the file.
+        positions: Shape (n, 3), float64.
+        normals: Shape (n, 3), float32, unit length; zero where the file had none and none could be made.
+        faces: Shape (m, 3), int32, corners counter-clockwise seen from outside.
+        face_material: Shape (m,), int32, index into `Scene.materials`.
+        primitives: The source primitives, in order.
+        source_index: Index of the mesh in its file, -1 if the file has no meshes.
+        uvs: Shape (n, 2), float32, or None.
+    """
+
+    name: str
+    positions: Float64Array
+    normals: Float32Array
+    faces: Int32Array
+    face_material: Int32Array
+    primitives: tuple[PrimitiveRange, ...] = ()
+    source_index: int = -1
+    uvs: Float32Array | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectKeys:
+    """What a side file or glTF extras may say of one object beyond its role; None: not said."""
+
+    two_sided: bool | None = None
+    offset: float | None = None
+    samples: int | None = None
+    alpha: float | None = None
+    density: float | None = None
+    transmission: float | None = None
+    weld: bool | None = None
+    of: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SceneObject:
+    """One placed mesh.
+
+    Attributes:
+        path: Node path such as `Level/Trees/oak_03`, unique in the scene (`#1`, `#2` … on repeats).
+        mesh: Index into `Scene.meshes`.
+        transform: Shape (4, 4), float64, object to world, column vectors.
+        role: What it is to the bake.
+        keys: Its own settings.
+        node: Index of the source node, -1 if the file has no nodes.
+        node_instance: Index within the node's EXT_mesh_gpu_instancing, -1 if it is not instanced so.
+    """
+
+    path: str
+    mesh: int
+    transform: Float64Array
+    role: Role = Role.STATIC
+    keys: ObjectKeys = ObjectKeys()
+    node: int = -1
+    node_instance: int = -1
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something about one object that the user should know: never a silent repair.
+
+    Attributes:
+        object: Path of the object, or the file's name.
+        what: Stable kebab-case name of the finding, e.g. `zero-area-faces`.
+        count: How many elements are concerned.
+        detail: One sentence for people.
+        severity: "info", "warning" (baked, but look at it) or "set-aside" (not baked).
+    """
+
+    object: str
+    what: str
+    count: int
+    detail: str
+    severity: str = "warning"
+
+
+@dataclass(frozen=True, slots=True)
+class RegionBox:
+    """A visibility region named in the side file: an axis-aligned box in world metres."""
+
+    name: str
+    minimum: tuple[float, float, float]
+    maximum: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A level as it was read, before anything is flattened.
+
+    Attributes:
+        path: The file it came from.
+        meshes, materials, objects: Its content; `objects` in scene order.
+        regions: Regions of the side file.
+        bake_options: The side file's `[bake]` table, by long option name, not yet validated.
+        findings: What validation found, in scene order.
+        files: Every file read, with its SHA-256 in hex (scene, buffers, side file, textures).
+        up_axis: 1 for glTF, -1 where the file does not say.
+    """
+
+    path: Path
+    meshes: tuple[Mesh, ...]
+    materials: tuple[Material, ...]
+    objects: tuple[SceneObject, ...]
+    regions: tuple[RegionBox, ...] = ()
+    bake_options: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    findings: tuple[Finding, ...] = ()
+    files: Mapping[str, str] = field(default_factory=dict[str, str])
+    up_axis: int = -1
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """The scene flattened for baking: one vertex and one face array, instances expanded, recentred.
+
+    Objects keep scene order; object i owns vertices `first_vertex[i]:first_vertex[i+1]` and faces
+    `first_face[i]:first_face[i+1]`. A mirroring transform flips the winding, so that outside stays outside.
+
+    Attributes:
+        origin: Shape (3,), float64: what was subtracted from world positions, in metres.
+        positions: Shape (n, 3), float64, metres from `origin`.
+        normals: Shape (n, 3), float32, unit; zero where unknown (then the face normal serves).
+        faces: Shape (m, 3), int32.
+        face_object: Shape (m,), int32.
+        face_casts: Shape (m,), bool: rays can hit it (degenerate faces included: they block nothing but cost little).
+        face_samples: Shape (m,), bool: it takes surface samples (receives, and is no sliver or point).
+        face_two_sided: Shape (m,), bool.
+        face_openness: Shape (m,), float32, in [0, 1]: share of light that passes.
+        first_vertex, first_face: Shape (o + 1,), int64.
+        object_paths: o paths, scene order.
+        object_roles: o roles.
+        object_keys: o key sets.
+        object_hash: o content hashes (hex): geometry, transform, role, keys and materials.
+    """
+
+    origin: Float64Array
+    positions: Float64Array
+    normals: Float32Array
+    faces: Int32Array
+    face_object: Int32Array
+    face_casts: BoolArray
+    face_samples: BoolArray
+    face_two_sided: BoolArray
+    face_openness: Float32Array
+    first_vertex: Int64Array
+    first_face: Int64Array
+    object_paths: tuple[str, ...]
+    object_roles: tuple[Role, ...]
+    object_keys: tuple[ObjectKeys, ...]
+    object_hash: tuple[str, ...]
+
+    @property
+    def vertex_count(self) -> int:
+        """Number of vertices."""
+        return len(self.positions)
+
+    @property
+    def face_count(self) -> int:
+        """Number of faces."""
+        return len(self.faces)
+
+    @property
+    def object_count(self) -> int:
+        """Number of objects."""
+        return len(self.object_paths)
+
+
+@dataclass(frozen=True, slots=True)
+class SampleSet:
+    """Points on the surface where AO is estimated, sorted by face.
+
+    Attributes:
+        face: Shape (n,), int32.
+        barycentric: Shape (n, 2), float32: weights of corners 0 and 1; corner 2 has the rest.
+        area: Shape (n,), float32, m²: the surface that the sample stands for; sums to the sampled area.
+        index: Shape (n,), int32: the sample's number on its face; it picks its block of directions.
+        face_seed: Shape (face_count,), uint32: scramble of the face's sequences, stable under edits elsewhere.
+    """
+
+    face: Int32Array
+    barycentric: Float32Array
+    area: Float32Array
+    index: Int32Array
+    face_seed: UInt32Array
+
+    def __len__(self) -> int:
+        return len(self.face)
+
+    def batches(self, size: int) -> Iterator[slice]:
+        """Consecutive slices of at most `size` samples."""
+        for begin in range(0, len(self), size):
+            yield slice(begin, min(begin + size, len(self)))
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """What the rays of each sample found.
+
+    Attributes:
+        ao: Shape (n, k), float32, in [0, 1].
+        rays: Shape (n,), uint16: rays traced.
+        hits: Shape (n,), uint16: rays whose first proper hit lies within the bake's longest distance.
+        back_faces: Shape (n,), uint16: those that struck the back of a one-sided face, grazing and edge hits excepted.
+    """
+
+    ao: Float32Array
+    rays: UInt16Array
+    hits: UInt16Array
+    back_faces: UInt16Array
+
+    def __len__(self) -> int:
+        return len(self.ao)
+
+    def back_face_share(self) -> Float32Array:
+        """Back-face hits over hits, shape (n,), float32, in [0, 1]; 0 where nothing was hit."""
+        return (self.back_faces / np.maximum(self.hits, 1)).astype(np.float32)
+
+    def valid(self, threshold: float) -> BoolArray:
+        """Samples whose back-face share is at most `threshold`, shape (n,) (Sloan et al. 2013, section 2.1)."""
+        return self.back_faces <= threshold * self.hits
+
+    @staticmethod
+    def empty(sample_count: int, distance_count: int) -> Tally:
+        """A tally of zeros to be written into."""
+        return Tally(
+            ao=np.zeros((sample_count, distance_count), np.float32),
+            rays=np.zeros(sample_count, np.uint16),
+            hits=np.zeros(sample_count, np.uint16),
+            back_faces=np.zeros(sample_count, np.uint16),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class SolveReport:
+    """How the mapping to vertices went.
+
+    Attributes:
+        unknowns: Number of welded vertices solved for.
+        components: Number of connected components.
+        iterations: Most iterations that any right-hand side took.
+        residual: Largest final relative residual.
+        limited_edges: Edges whose regulariser was bounded against the local mass.
+        bounded: Vertices whose value sits at 0 or 1 because of the bounds, per distance.
+        rmse: Shape (k,): root of the area-weighted mean square of (interpolated value - sample), valid samples.
+    """
+
+    unknowns: int
+    components: int
+    iterations: int
+    residual: float
+    limited_edges: int
+    bounded: tuple[int, ...]
+    rmse: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class VertexField:
+    """AO per vertex.
+
+    Attributes:
+        ao: Shape (n, k), float32, in [0, 1]; NaN where `state` is UNREFERENCED or NOT_BAKED.
+        state: Shape (n,), uint8, a `VertexState`.
+        report: How the solve went.
+    """
+
+    ao: Float32Array
+    state: UInt8Array
+    report: SolveReport
+
+
+@dataclass(frozen=True, slots=True)
+class StageReport:
+    """One row of the stage report (after Table 1 of Sloan et al. 2013).
+
+    `status` is "ran" or "skipped"; `why` says why it was skipped, or counts what it did.
+    """
+
+    name: str
+    status: str
+    why: str
+    seconds: float = 0.0
+    rays: int = 0
+    peak_memory_mb: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Where a bake stands; `done` and `total` count the stage's own unit (rays while tracing)."""
+
+    stage: str
+    done: int
+    total: int
+    seconds: float = 0.0
+    rays_per_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class BakeResult:
+    """All that a bake produced, as it is stored.
+
+    Attributes:
+        scene_path: The scene's file, absolute.
+        files: Files the scene was read from, with SHA-256.
+        settings: What it was baked with.
+        world, samples, tally, field: The data of each stage.
+        stages: The stage report, in order.
+        findings: What validation and the bake found.
+        device, tracer: Where the rays were traced: "cpu" or a CUDA device's name; "embree", "warp" or "brute".
+        rays_skipped: Rays that were not traced because they could not matter.
+        versions: Library versions by name.
+    """
+
+    scene_path: Path
+    files: Mapping[str, str]
+    settings: BakeSettings
+    world: World
+    samples: SampleSet
+    tally: Tally
+    field: VertexField
+    stages: Sequence[StageReport]
+    findings: Sequence[Finding]
+    device: str
+    tracer: str
+    rays_skipped: int
+    versions: Mapping[str, str]

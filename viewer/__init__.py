@@ -1,0 +1,1 @@
+"""What is seen: fields, colours and actors; it knows PyVista but no Qt."""
