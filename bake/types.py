@@ -70,11 +70,14 @@ class Material:
         name: Name in the file.
         two_sided: Both sides are a proper outside: a hit on the back never counts as a back face.
         openness: Share of light that passes, in [0, 1]: 0 opaque; the mean of an alpha mask's holes.
+        openness_map: Shape (h, w), float32, in [0, 1], row 0 at v = 0: the share per texel of the alpha texture,
+            mask cut-off already applied; None without one.
     """
 
     name: str
     two_sided: bool = False
     openness: float = 0.0
+    openness_map: Float32Array | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,6 +228,9 @@ class World:
         object_roles: o roles.
         object_keys: o key sets.
         object_hash: o content hashes (hex): geometry, transform, role, keys and materials.
+        vertex_uv: Shape (n, 2), float32, or None; only with the `alpha_lookup` setting.
+        face_texture: Shape (m,), int32, index into `textures`, -1 where openness is uniform; None without lookup.
+        textures: Openness maps, each (h, w) float32, wrapped by repetition.
     """
 
     origin: Float64Array
@@ -242,6 +248,9 @@ class World:
     object_roles: tuple[Role, ...]
     object_keys: tuple[ObjectKeys, ...]
     object_hash: tuple[str, ...]
+    vertex_uv: Float32Array | None = None
+    face_texture: Int32Array | None = None
+    textures: tuple[Float32Array, ...] = ()
 
     @property
     def vertex_count(self) -> int:
