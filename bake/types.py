@@ -104,6 +104,8 @@ class Mesh:
         primitives: The source primitives, in order.
         source_index: Index of the mesh in its file, -1 if the file has no meshes.
         uvs: Shape (n, 2), float32, or None.
+        source_vertex: Shape (n,), int32: the stored vertex that each came from (within its primitive for glTF, in the
+            file's vertex list otherwise), where vertices were split or gathered; None where they are as stored.
     """
 
     name: str
@@ -114,6 +116,7 @@ class Mesh:
     primitives: tuple[PrimitiveRange, ...] = ()
     source_index: int = -1
     uvs: Float32Array | None = None
+    source_vertex: Int32Array | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,7 +194,8 @@ class Scene:
         regions: Regions of the side file.
         bake_options: The side file's `[bake]` table, by long option name, not yet validated.
         findings: What validation found, in scene order.
-        files: Every file read, with its SHA-256 in hex (scene, buffers, side file, textures).
+        files: Every file read (scene, buffers, side file, textures), by its path relative to the scene's folder, with
+            its SHA-256 in hex; an empty string where a file was looked for and is absent.
         up_axis: 1 for glTF, -1 where the file does not say.
     """
 
