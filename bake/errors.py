@@ -7,7 +7,7 @@
     │   └── ResultError       a result folder that is not one, or is damaged
     ├── DeviceError           no such device, or a device that failed
     ├── OutOfMemoryError      the bake does not fit
-    ├── StorageError          a result could not be written
+    ├── StorageError          a result could not be written (exit 2)
     ├── SolveError            a linear system that did not converge
     └── Cancelled             the user stopped the work
 
@@ -77,6 +77,8 @@ class OutOfMemoryError(ObscuraError):
 
 class StorageError(ObscuraError):
     """A result or an export could not be written; what was there before is untouched."""
+
+    exit_code = 2  # the place that the user named is at fault
 
 
 class SolveError(ObscuraError):

@@ -95,7 +95,7 @@ class Ground:
         return Ground(axis, scale, offset)
 
     def __str__(self) -> str:
-        return f"{self.AXES[self.axis]}:{self.scale:g}:{self.offset:g}"
+        return f"{self.AXES[self.axis]}:{_exact(self.scale)}:{_exact(self.offset)}"
 
 
 def _setting(
@@ -310,6 +310,12 @@ class BakeSettings:
 def option_name(field_name: str) -> str:
     """The long option of a field, without dashes: `samples_per_face` is `samples-per-face`."""
     return field_name.replace("_", "-")
+
+
+def _exact(number: float) -> str:
+    """The shortest text that reads back as the same number."""
+    short = f"{number:g}"
+    return short if float(short) == number else repr(number)
 
 
 def _named(option: str, where: str) -> str:

@@ -1,0 +1,1 @@
+"""Device functions and kernels, nothing else. Importing a module here loads Warp."""

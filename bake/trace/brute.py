@@ -1,0 +1,180 @@
+"""Every ray against every triangle in NumPy: slow, short, and the oracle for the others.
+
+It follows the same formulas as the fused kernel through `bake/geometry.py`, in float64, so that a disagreement points
+at a tracer and not at its input.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from bake import geometry
+from bake.low_discrepancy import owen_sobol
+from bake.settings import BakeSettings, Kernel
+from bake.trace.base import Hits, Tracer
+from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SampleSet, Tally, World
+
+_PAIRS = 1 << 21  # ray-triangle pairs at a time: 16 MB an array
+
+
+class TracerBrute(Tracer):
+    """The NumPy oracle."""
+
+    name = "brute"
+    device = "cpu"
+    batch_size = 64
+
+    def __init__(self, world: World, settings: BakeSettings) -> None:
+        super().__init__(world, settings)
+        self._positions = geometry.as_traced(world.positions).astype(np.float64)
+        self._cast_face = np.flatnonzero(world.face_casts)
+        corners = geometry.faces_corners(self._positions, world.faces[self._cast_face])
+        self._corner, self._edge1, self._edge2 = corners[0], corners[1] - corners[0], corners[2] - corners[0]
+        cross = np.cross(self._edge1, self._edge2)
+        self._normal = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-300)[:, None]
+
+    def accumulate(self, samples: SampleSet, batch: slice, tally: Tally) -> None:
+        """Traces a batch; see `Tracer.accumulate`."""
+        rays = self.settings.rays
+        origins, directions = sample_rays(self.world, samples, batch, rays)
+        blocked = np.zeros((len(origins), self.settings.distance_count))
+        through, t_min = np.ones(len(origins)), np.zeros(len(origins))
+        active = np.arange(len(origins))
+        for layer in range(geometry.MAX_LAYERS):
+            hits = self._closest(origins[active], directions[active], t_min[active], self.settings.trace_distance)
+            struck = hits.face >= 0
+            if layer == 0:
+                back = struck & self._back_faces(hits)
+                tally.hits[batch] = struck.reshape(-1, rays).sum(1)
+                tally.back_faces[batch] = back.reshape(-1, rays).sum(1)
+            active = active[struck]
+            distance = hits.distance[struck].astype(np.float64)
+            stopped = through[active] * (1.0 - self._openness(hits, struck))
+            last = through[active] - stopped < geometry.MIN_TRANSMITTANCE
+            if layer == geometry.MAX_LAYERS - 1:
+                last[:] = True
+            stopped = np.where(last, through[active], stopped)
+            blocked[active] += stopped[:, None] * self._blocked_share(distance)
+            through[active] -= stopped
+            t_min[active] = distance * (1.0 + 4.0 * 2.0**-24) + 1e-7
+            active = active[~last]
+            if len(active) == 0:
+                break
+        mean = blocked.reshape(-1, rays, self.settings.distance_count).mean(1)
+        tally.ao[batch] = np.clip(1.0 - mean, 0.0, 1.0)
+        tally.rays[batch] = rays
+
+    def nearest(self, origins: Float32Array, directions: Float32Array, t_max: float) -> Hits:
+        """Closest hits; see `Tracer.nearest`."""
+        return self._closest(origins.astype(np.float64), directions.astype(np.float64), np.zeros(len(origins)), t_max)
+
+    def close(self) -> None:
+        """Holds nothing that needs freeing."""
+
+    def _closest(self, origins: Float64Array, directions: Float64Array, t_min: Float64Array, t_max: float) -> Hits:
+        parts = [
+            self._closest_part(origins[a : a + step], directions[a : a + step], t_min[a : a + step], t_max)
+            for step in [max(1, _PAIRS // max(1, len(self._cast_face)))]
+            for a in range(0, len(origins), step)
+        ]
+        distance, face, cosine, weights = (
+            (np.concatenate(columns) for columns in zip(*parts, strict=True))
+            if parts
+            else (np.zeros(0), np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 2)))
+        )
+        return Hits(
+            distance.astype(np.float32), face.astype(np.int32), cosine.astype(np.float32), weights.astype(np.float32)
+        )
+
+    def _closest_part(
+        self, origins: Float64Array, directions: Float64Array, t_min: Float64Array, t_max: float
+    ) -> tuple[Float64Array, Int64Array, Float64Array, Float64Array]:
+        """Möller and Trumbore 1997, every ray against every triangle."""
+        cross_d = np.cross(directions[:, None, :], self._edge2[None])
+        determinant = np.einsum("rtk,tk->rt", cross_d, self._edge1)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            inverse = 1.0 / determinant
+            to_origin = origins[:, None, :] - self._corner[None]
+            u = np.einsum("rtk,rtk->rt", to_origin, cross_d) * inverse
+            cross_o = np.cross(to_origin, self._edge1[None])
+            v = np.einsum("rtk,rk->rt", cross_o, directions) * inverse
+            t = np.einsum("rtk,tk->rt", cross_o, self._edge2) * inverse
+            struck = (determinant != 0) & (u >= 0) & (v >= 0) & (u + v <= 1) & (t >= t_min[:, None]) & (t <= t_max)
+        t = np.where(struck, t, np.inf)
+        if t.shape[1] == 0:
+            t, u, v = (np.full((len(origins), 1), np.inf) for _ in range(3))
+        best = t.argmin(1)
+        row = np.arange(len(origins))
+        missed = ~np.isfinite(t[row, best])
+        normal = self._normal[best] if len(self._normal) else np.zeros((len(origins), 3))
+        face = np.where(missed, -1, self._cast_face[best] if len(self._cast_face) else -1)
+        cosine = np.einsum("ij,ij->i", normal, directions)
+        u, v = u[row, best], v[row, best]
+        weights = np.stack([1.0 - u - v, u], axis=1)
+        return t[row, best], face, np.where(missed, 0.0, cosine), np.where(missed[:, None], 0.0, weights)
+
+    def _back_faces(self, hits: Hits) -> BoolArray:
+        third = 1.0 - hits.weights.sum(1)
+        inside = np.minimum(third, hits.weights.min(1)) > geometry.EDGE_BARYCENTRIC
+        return inside & (hits.cosine > geometry.GRAZING_COSINE) & ~self.world.face_two_sided[hits.face]
+
+    def _openness(self, hits: Hits, struck: BoolArray) -> Float64Array:
+        world, face = self.world, hits.face[struck]
+        openness = world.face_openness[face].astype(np.float64)
+        if world.face_texture is None or world.vertex_uv is None:
+            return openness
+        weights = np.concatenate([hits.weights, 1.0 - hits.weights.sum(1, keepdims=True)], axis=1)[struck]
+        uv = np.einsum("ij,ijk->ik", weights, world.vertex_uv[world.faces[face]])
+        uv -= np.floor(uv)
+        for i, texels in enumerate(world.textures):
+            of = world.face_texture[face] == i
+            height, width = texels.shape
+            x = np.minimum((uv[of, 0] * width).astype(int), width - 1)
+            y = np.minimum((uv[of, 1] * height).astype(int), height - 1)
+            openness[of] = texels[y, x]
+        return openness
+
+    def _blocked_share(self, distance: Float64Array) -> Float64Array:
+        """1 - ρ for every column, shape (n, k)."""
+        if self.settings.kernel is Kernel.OCCLUSION:
+            return np.ones((len(distance), 1))
+        rates = -math.log(2.0) / np.asarray(self.settings.distances)
+        return np.exp(distance[:, None] * rates)
+
+
+def sample_rays(world: World, samples: SampleSet, batch: slice, rays: int) -> tuple[Float64Array, Float64Array]:
+    """Origins and directions of the rays of some samples, each shape (n × rays, 3), sample by sample."""
+    face, weights = samples.face[batch], samples.barycentric[batch].astype(np.float64)
+    weights = np.concatenate([weights, 1.0 - weights.sum(1, keepdims=True)], axis=1)
+    positions = geometry.as_traced(world.positions).astype(np.float64)
+    a, b, c = geometry.faces_corners(positions, world.faces[face])
+    point = np.einsum("ij,ijk->ik", weights, np.stack([a, b, c], axis=1))
+    normal = geometry.face_normals(positions, world.faces[face])[0]
+    extent = np.linalg.norm(np.stack([b - a, c - b, a - c]), axis=2).max(0)
+    lift = geometry.offset_distance(point, extent)
+    lift += np.array([keys.offset or 0.0 for keys in world.object_keys])[world.face_object[face]]
+    origin = (point + lift[:, None] * normal).astype(np.float32).astype(np.float64)
+
+    shading = shading_normals(world, face, weights, normal)
+    index = samples.index[batch, None].astype(np.int64) * rays + np.arange(rays)
+    seed = np.repeat(samples.face_seed[face], rays)
+    u, v = owen_sobol(index.ravel(), seed)
+    directions = geometry.cosine_direction(u, v, np.repeat(shading, rays, axis=0))
+    return np.repeat(origin, rays, axis=0), geometry.above_face(directions, np.repeat(normal, rays, axis=0))
+
+
+def shading_normals(world: World, face: np.ndarray, weights: Float64Array, face_normal: Float64Array) -> Float64Array:
+    """Interpolated unit normals, shape (n, 3), of corner normals turned to the face's side first.
+
+    NVIDIA's sample does the same: a normal from the other side would otherwise cancel its neighbours.
+    """
+    corners = world.normals[world.faces[face]].astype(np.float64)
+    missing = np.einsum("ijk,ijk->ij", corners, corners) == 0.0
+    corners = np.where(missing[:, :, None], face_normal[:, None, :], corners)
+    away = np.einsum("ijk,ik->ij", corners, face_normal) < 0.0
+    corners = np.where(away[:, :, None], -corners, corners)
+    smooth = np.einsum("ij,ijk->ik", weights, corners)
+    length = np.linalg.norm(smooth, axis=1, keepdims=True)
+    return np.where(length > 1e-3, smooth / np.maximum(length, 1e-3), face_normal)

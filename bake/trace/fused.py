@@ -1,0 +1,180 @@
+"""What the Embree and the Warp tracer share: one fused kernel over one surface, launched batch by batch."""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bake.devices import initialised_warp
+from bake.errors import DeviceError, OutOfMemoryError
+from bake.geometry import as_traced
+from bake.settings import BakeSettings, Kernel
+from bake.trace.base import Hits, Tracer
+from bake.types import Float32Array, SampleSet, Tally, World
+
+
+class TracerFused(Tracer):
+    """Launches the fused kernel; a body only supplies the addresses that its closest-hit function needs.
+
+    Attributes:
+        entry, scene: The two addresses.
+        threads: Launches at a time: Warp runs CPU kernels on the calling thread, so the CPU bodies use several.
+    """
+
+    entry: int = 0
+    scene: int = 0
+
+    def __init__(self, world: World, settings: BakeSettings, warp_device: str, threads: int) -> None:
+        super().__init__(world, settings)
+        self._warp = initialised_warp()
+        from bake.kernels import obscurance, surface
+
+        self._kernels, self._surface_module = obscurance, surface
+        self._warp_device = warp_device
+        self._pool = ThreadPoolExecutor(threads, "tracer") if threads > 1 else None
+        self._threads = threads
+        self.cast_face = np.flatnonzero(world.face_casts).astype(np.int32)
+        self.points = as_traced(world.positions)
+        try:
+            self._surface = self._upload_surface()
+        except RuntimeError as error:
+            raise _device_failure(error, warp_device) from error
+        self._falloff = self._make_falloff()
+        self._work: Any = None
+        self._work_of: SampleSet | None = None
+
+    def accumulate(self, samples: SampleSet, batch: slice, tally: Tally) -> None:
+        """Traces a batch; see `Tracer.accumulate`."""
+        if self._work_of is not samples:
+            self._work, self._work_of = self._upload_work(samples), samples
+        kernel = self._kernels.obscurance_kernel(self.name)
+        inputs = [self.entry, self.scene, self._surface, self._work, self._falloff]
+        self._launch(kernel, batch, inputs)
+        tally.ao[batch] = self._download(self._work.ao, batch)
+        tally.hits[batch] = self._download(self._work.hits, batch)
+        tally.back_faces[batch] = self._download(self._work.back_faces, batch)
+        tally.rays[batch] = self.settings.rays
+
+    def nearest(self, origins: Float32Array, directions: Float32Array, t_max: float) -> Hits:
+        """Closest hits; see `Tracer.nearest`."""
+        wp, count = self._warp, len(origins)
+        distance, face = self._empty(count, wp.float32), self._empty(count, wp.int32)
+        cosine, weights = self._empty(count, wp.float32), self._empty(count, wp.vec2)
+        inputs = [
+            self.entry, self.scene, self._surface.cast_face, self._array(origins, wp.vec3),
+            self._array(directions, wp.vec3), t_max, distance, face, cosine, weights,
+        ]  # fmt: skip
+        self._launch(self._kernels.nearest_kernel(self.name), slice(0, count), inputs)
+        return Hits(distance.numpy(), face.numpy(), cosine.numpy(), weights.numpy())
+
+    def close(self) -> None:
+        """Frees device memory and threads."""
+        if self._pool is not None:
+            self._pool.shutdown()
+        self._surface = self._work = self._work_of = None
+
+    def _launch(self, kernel: Any, batch: slice, inputs: list[Any]) -> None:
+        """Runs a kernel whose last argument is the first index, over `batch`."""
+        count = batch.stop - batch.start
+        if count <= 0:
+            return
+        wp = self._warp
+        # The first launch compiles; doing that from several threads at once would compile several times.
+        wp.load_module(kernel.module, device=self._warp_device)
+
+        def part(begin: int, end: int) -> None:
+            wp.launch(kernel, dim=end - begin, inputs=[*inputs, begin], device=self._warp_device)
+
+        try:
+            if self._pool is None:
+                part(batch.start, batch.stop)
+                return
+            # Four parts a thread even out what the threads get.
+            edges = np.linspace(batch.start, batch.stop, min(count, 4 * self._threads) + 1).astype(int).tolist()
+            for done in [self._pool.submit(part, a, b) for a, b in pairwise(edges)]:
+                done.result()
+        except RuntimeError as error:
+            raise _device_failure(error, self._warp_device) from error
+
+    def _array(self, values: NDArray[Any], dtype: Any) -> Any:
+        # On the CPU this shares memory with NumPy.
+        return self._warp.array(np.ascontiguousarray(values), dtype=dtype, device=self._warp_device, copy=False)
+
+    def _empty(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
+        return self._warp.zeros(shape, dtype=dtype, device=self._warp_device)
+
+    def _download(self, values: Any, batch: slice) -> NDArray[Any]:
+        return values[batch.start : batch.stop].numpy()
+
+    def _upload_surface(self) -> Any:
+        wp, world, cast = self._warp, self.world, self.cast_face
+        surface = self._surface_module.Surface()
+        self.positions = self._array(self.points, wp.vec3)
+        surface.positions = self.positions
+        surface.normals = self._array(world.normals, wp.vec3)
+        surface.faces = self._array(world.faces.ravel(), wp.int32)
+        surface.face_object = self._array(world.face_object, wp.int32)
+        offsets = np.array([keys.offset or 0.0 for keys in world.object_keys], np.float32)
+        surface.object_offset = self._array(offsets, wp.float32)
+        surface.cast_face = self._array(cast, wp.int32)
+        surface.openness = self._array(world.face_openness[cast], wp.float32)
+        surface.two_sided = self._array(world.face_two_sided[cast].astype(np.uint8), wp.uint8)
+        texels, first, width, height = _packed(world.textures)
+        looked_up = world.face_texture is not None and world.vertex_uv is not None
+        surface.uvs = self._array(world.vertex_uv if looked_up else np.zeros((0, 2), np.float32), wp.vec2)
+        surface.texture = self._array(world.face_texture[cast] if looked_up else np.zeros(0, np.int32), wp.int32)
+        surface.texture_first = self._array(first, wp.int64)
+        surface.texture_width = self._array(width, wp.int32)
+        surface.texture_height = self._array(height, wp.int32)
+        surface.texels = self._array(texels, wp.float32)
+        return surface
+
+    def _upload_work(self, samples: SampleSet) -> Any:
+        wp, count = self._warp, len(samples)
+        work = self._kernels.Work()
+        try:
+            work.face = self._array(samples.face, wp.int32)
+            work.barycentric = self._array(samples.barycentric, wp.vec2)
+            work.index = self._array(samples.index, wp.int32)
+            work.face_seed = self._array(samples.face_seed, wp.uint32)
+            work.rays = self.settings.rays
+            work.ao = self._empty((count, self.settings.distance_count), wp.float32)
+            work.hits = self._empty(count, wp.uint16)
+            work.back_faces = self._empty(count, wp.uint16)
+        except RuntimeError as error:
+            raise _device_failure(error, self._warp_device) from error
+        return work
+
+    def _make_falloff(self) -> Any:
+        settings = self.settings
+        falloff = self._kernels.Falloff()
+        rates = np.zeros(self._kernels.MAX_DISTANCES, np.float32)  # rate 0: every hit counts in full
+        if settings.kernel is Kernel.OBSCURANCE:
+            rates[: len(settings.distances)] = -math.log(2.0) / np.asarray(settings.distances)
+        falloff.rates = self._kernels.vec8(*rates.tolist())
+        falloff.count = settings.distance_count
+        falloff.t_max = settings.trace_distance
+        return falloff
+
+
+def _packed(textures: tuple[Float32Array, ...]) -> tuple[NDArray[Any], ...]:
+    """All texels in one array, with each texture's first texel, width and height."""
+    sizes = np.array([t.size for t in textures], np.int64)
+    texels = np.concatenate([t.ravel() for t in textures]) if textures else np.zeros(0, np.float32)
+    width = np.array([t.shape[1] for t in textures], np.int32)
+    height = np.array([t.shape[0] for t in textures], np.int32)
+    return texels.astype(np.float32), np.cumsum(sizes) - sizes, width, height
+
+
+def _device_failure(error: RuntimeError, device: str) -> DeviceError | OutOfMemoryError:
+    text = str(error)
+    if "allocate" in text.lower() or "memory" in text.lower():
+        return OutOfMemoryError(
+            f"not enough memory on {device} ({text})", where="trace", remedy="use fewer samples or --device cpu"
+        )
+    return DeviceError(f"{device} failed ({text})", where="trace", remedy="try again, or use --device cpu")

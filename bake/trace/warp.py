@@ -1,0 +1,36 @@
+"""Tracing with Warp: on CUDA for speed, on the CPU to check the same kernels."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bake.devices import Device, worker_count
+from bake.errors import SceneError
+from bake.settings import BakeSettings
+from bake.trace.fused import TracerFused
+from bake.types import World
+
+
+class TracerWarp(TracerFused):
+    """The fused kernel over Warp's BVH."""
+
+    name = "warp"
+
+    def __init__(self, world: World, settings: BakeSettings, device: Device) -> None:
+        super().__init__(world, settings, device.alias, 1 if device.is_cuda else worker_count())
+        self.device = device.name if device.is_cuda else "cpu"
+        self.batch_size = 1 << (18 if device.is_cuda else 11)
+        if len(self.cast_face) == 0:
+            # Warp corrupts its allocator on a mesh without triangles.
+            raise SceneError("no object casts", where="scene", remedy="give at least one object a role that blocks")
+        wp = self._warp
+        indices = self._array(world.faces[self.cast_face].ravel(), wp.int32)
+        self._mesh = wp.Mesh(
+            points=self.positions, indices=indices, bvh_constructor="sah" if not device.is_cuda else None
+        )
+        self.scene = int(np.uint64(self._mesh.id))
+
+    def close(self) -> None:
+        """Frees the BVH before what it refers to."""
+        self._mesh = None
+        super().close()
