@@ -1,0 +1,148 @@
+"""Reads a stored result: memory-mapped, checked, and nothing executed."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bake.errors import ResultError
+from bake.results.arrays import SPECS, ArraySpec, read_array
+from bake.results.manifest import Manifest, read_manifest
+from bake.types import BakeResult, Float32Array, SampleSet, Tally, VertexField, World
+
+_ATTEMPTS = 5
+
+
+def load_result(folder: Path, *, verify: bool = True) -> BakeResult:
+    """Opens a result folder.
+
+    The arrays are read-only maps of the files: what is not looked at is not read, and they stay valid while a new
+    bake replaces the result.
+
+    Args:
+        folder: What `save_result` wrote.
+        verify: Compare every file with its recorded SHA-256 (about a second per GB and core).
+
+    Raises:
+        ResultError: no result, another schema version, or damaged; the message names the file.
+    """
+    manifest = read_manifest(folder)
+    for _ in range(_ATTEMPTS):
+        try:
+            arrays = _read_arrays(folder, manifest, verify=verify)
+            break
+        except FileNotFoundError as error:
+            latest = read_manifest(folder)
+            if latest == manifest:
+                raise _missing(error) from error
+            manifest = latest  # a bake replaced the result while we were reading
+    else:
+        raise ResultError("is being rewritten without pause", where=str(folder), remedy="try again later")
+    return _assemble(folder, manifest, arrays)
+
+
+def _missing(error: FileNotFoundError) -> ResultError:
+    return ResultError("is missing", where=str(error.filename), remedy="bake again")
+
+
+def _read_arrays(folder: Path, manifest: Manifest, *, verify: bool) -> dict[str, NDArray[Any]]:
+    wanted = [spec for spec in SPECS if spec.name in manifest.arrays]
+    lacking = [spec.name for spec in SPECS if spec.name not in manifest.arrays and not spec.optional]
+    if lacking:
+        raise ResultError(f"has no array {', '.join(lacking)}", where=str(folder), remedy="bake again")
+
+    def read(spec: ArraySpec) -> NDArray[Any]:
+        return read_array(folder, spec, manifest.arrays[spec.name], verify=verify)
+
+    with ThreadPoolExecutor() as pool:
+        arrays = pool.map(read, wanted)
+        return {spec.name: array for spec, array in zip(wanted, arrays, strict=True)}
+
+
+def _assemble(folder: Path, manifest: Manifest, arrays: dict[str, NDArray[Any]]) -> BakeResult:
+    world = World(
+        **_of("world", arrays),
+        object_paths=manifest.object_paths,
+        object_roles=manifest.object_roles,
+        object_keys=manifest.object_keys,
+        object_hash=manifest.object_hash,
+        textures=_textures(folder, arrays["world.texels"], manifest.texture_shapes),
+    )
+    result = BakeResult(
+        scene_path=manifest.scene_path,
+        files=manifest.files,
+        settings=manifest.settings,
+        world=world,
+        samples=SampleSet(**_of("samples", arrays)),
+        tally=Tally(**_of("tally", arrays)),
+        field=VertexField(**_of("field", arrays), report=manifest.solve),
+        stages=manifest.stages,
+        findings=manifest.findings,
+        device=manifest.device,
+        tracer=manifest.tracer,
+        rays_skipped=manifest.rays_skipped,
+        versions=manifest.versions,
+    )
+    _check_agreement(folder, result)
+    return result
+
+
+def _of(owner: str, arrays: dict[str, NDArray[Any]]) -> dict[str, Any]:
+    return {
+        spec.attribute: arrays.get(spec.name) for spec in SPECS if spec.owner == owner and spec.attribute != "texels"
+    }
+
+
+def _textures(folder: Path, texels: Float32Array, shapes: tuple[tuple[int, int], ...]) -> tuple[Float32Array, ...]:
+    ends = np.cumsum([height * width for height, width in shapes], dtype=np.int64)
+    if len(texels) != (ends[-1] if len(ends) else 0):
+        raise ResultError("texture shapes do not fit the texels", where=str(folder), remedy="bake again")
+    return tuple(part.reshape(shape) for part, shape in zip(np.split(texels, ends[:-1]), shapes, strict=False))
+
+
+def _check_agreement(folder: Path, result: BakeResult) -> None:
+    """Array lengths and index ranges that a reader would otherwise trip over far from here."""
+    world, samples, tally, field = result.world, result.samples, result.tally, result.field
+    vertices, faces, objects, columns = (
+        world.vertex_count,
+        world.face_count,
+        world.object_count,
+        result.settings.distance_count,
+    )
+    per_face = (world.face_object, world.face_casts, world.face_samples, world.face_two_sided, world.face_openness)
+    agrees = (
+        len(world.origin) == 3
+        and len(world.normals) == vertices
+        and all(len(array) == faces for array in per_face)
+        and field.ao.shape == (vertices, columns)
+        and len(field.state) == vertices
+        and tally.ao.shape == (len(samples), columns)
+        and all(len(array) == len(samples) for array in (samples.barycentric, samples.area, samples.index))
+        and all(len(array) == len(samples) for array in (tally.rays, tally.hits, tally.back_faces))
+        and _within(world.faces, vertices)
+        and _within(world.face_object, objects)
+        and _within(samples.face, faces)
+        and _is_partition(world.first_vertex, objects, vertices)
+        and _is_partition(world.first_face, objects, faces)
+        and (world.vertex_uv is None or len(world.vertex_uv) == vertices)
+        and (world.face_texture is None or len(world.face_texture) == faces)
+    )
+    if not agrees:
+        raise ResultError("its arrays do not fit each other", where=str(folder), remedy="bake again")
+
+
+def _within(indices: NDArray[Any], bound: int) -> bool:
+    return not indices.size or (int(indices.min()) >= 0 and int(indices.max()) < bound)
+
+
+def _is_partition(firsts: NDArray[np.int64], objects: int, total: int) -> bool:
+    return (
+        len(firsts) == objects + 1
+        and int(firsts[0]) == 0
+        and int(firsts[-1]) == total
+        and bool((np.diff(firsts) >= 0).all())
+    )
