@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -53,7 +53,7 @@ class _WarpLog:
 
 
 @contextmanager
-def _native_stderr_silenced() -> Iterator[None]:
+def _native_stderr_silenced() -> Generator[None]:
     # Warp's C++ code reports a missing CUDA driver straight to file descriptor 2; on a CPU machine that is no news.
     try:
         sys.stderr.flush()

@@ -15,7 +15,7 @@ import types
 import typing
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from bake.errors import SettingsError
 
@@ -326,7 +326,8 @@ def _check_bounds(item: dataclasses.Field[Any], value: Any) -> None:
     low, high, above = (item.metadata[key] for key in ("low", "high", "above"))
     if low is None and high is None and above is None:
         return
-    for number in value if isinstance(value, tuple) else (value,):
+    numbers = cast("tuple[Any, ...]", value) if isinstance(value, tuple) else (value,)
+    for number in numbers:
         if number is None:
             continue
         if not math.isfinite(number):
@@ -350,7 +351,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Ground):
         return str(value)
     if isinstance(value, tuple):
-        return [_plain(item) for item in value]
+        return [_plain(item) for item in cast("tuple[Any, ...]", value)]
     return value
 
 
@@ -366,7 +367,7 @@ def _convert(value: Any, wanted: Any, where: str) -> Any:
         if typing.get_origin(wanted) is tuple:
             return _convert_tuple(value, typing.get_args(wanted), where)
         if isinstance(wanted, type) and issubclass(wanted, enum.Enum):
-            return wanted(value)
+            return cast("Any", wanted)(value)
         if wanted is bool:
             return _convert_bool(value)
         if wanted is str:
@@ -384,7 +385,7 @@ def _convert_tuple(value: Any, parts: tuple[Any, ...], where: str) -> tuple[Any,
     separator = "," if Ellipsis in parts else ":"
     if isinstance(value, str):
         value = [piece.strip() for piece in value.split(separator) if piece.strip()]
-    items: list[Any] = list(value) if isinstance(value, list | tuple) else [value]
+    items = list(cast("list[Any]", value)) if isinstance(value, list | tuple) else [value]
     converted = tuple(_convert(item, parts[0], where) for item in items)
     if Ellipsis in parts:
         return converted
@@ -397,7 +398,7 @@ def _convert_tuple(value: Any, parts: tuple[Any, ...], where: str) -> tuple[Any,
 
 def _convert_bool(value: Any) -> bool:
     known = {True: True, False: False, "true": True, "false": False, "yes": True, "no": False, "1": True, "0": False}
-    key = value.strip().lower() if isinstance(value, str) else value
+    key: Any = value.strip().lower() if isinstance(value, str) else value
     if key not in known:
         raise ValueError(value)
     return known[key]
@@ -409,4 +410,5 @@ def _describe(wanted: Any) -> str:
         return "numbers separated by commas" if Ellipsis in parts else "MIN or MIN:MAX"
     if isinstance(wanted, type) and issubclass(wanted, enum.Enum):
         return " or ".join(str(member.value) for member in wanted)
-    return {int: "a whole number", float: "a number", bool: "true or false"}.get(wanted, "another value")
+    names: dict[Any, str] = {int: "a whole number", float: "a number", bool: "true or false"}
+    return names.get(wanted, "another value")

@@ -48,7 +48,7 @@ def make_world(
 def quad(size: float = 2.0, y: float = 0.0, *, up: bool = True, centre: tuple[float, float] = (0.0, 0.0)):
     """A horizontal square of edge `size` facing up (+y) or down."""
     h = size / 2.0
-    positions = np.array([[-h, y, -h], [h, y, -h], [h, y, h], [-h, y, h]]) + [centre[0], 0.0, centre[1]]
+    positions = np.array([[-h, y, -h], [h, y, -h], [h, y, h], [-h, y, h]]) + np.array([centre[0], 0.0, centre[1]])
     faces = np.array([[0, 2, 1], [0, 3, 2]]) if up else np.array([[0, 1, 2], [0, 2, 3]])
     return positions, faces
 

@@ -7,6 +7,7 @@ library from inside the kernel instead saves writing and reading 60 bytes a ray.
 from __future__ import annotations
 
 import ctypes
+import importlib
 import importlib.util
 from functools import cache
 from pathlib import Path
@@ -34,7 +35,7 @@ def _library() -> Any:
     places = (package.parent / "embreex.libs", package / ".dylibs", package)
     found = [f for place in places if place.is_dir() for f in sorted(place.glob("*embree4*")) if f.is_file()]
     try:
-        import embreex.rtcore_scene  # noqa: F401 # loads the library's own dependencies
+        importlib.import_module("embreex.rtcore_scene")  # loads the libraries that Embree needs
 
         library = ctypes.CDLL(str(found[0]))
     except (ImportError, OSError, IndexError) as error:

@@ -41,7 +41,7 @@ class TracerFused(Tracer):
         self.cast_face = np.flatnonzero(world.face_casts).astype(np.int32)
         self.points = as_traced(world.positions)
         try:
-            self._surface = self._upload_surface()
+            self._surface: Any = self._upload_surface()
         except RuntimeError as error:
             raise _device_failure(error, warp_device) from error
         self._falloff = self._make_falloff()
@@ -94,8 +94,8 @@ class TracerFused(Tracer):
             if self._pool is None:
                 part(batch.start, batch.stop)
                 return
-            # Four parts a thread even out what the threads get.
-            edges = np.linspace(batch.start, batch.stop, min(count, 4 * self._threads) + 1).astype(int).tolist()
+            parts = min(count, 4 * self._threads)  # four a thread even out what the threads get
+            edges = [batch.start + count * i // parts for i in range(parts + 1)]
             for done in [self._pool.submit(part, a, b) for a, b in pairwise(edges)]:
                 done.result()
         except RuntimeError as error:
@@ -125,9 +125,11 @@ class TracerFused(Tracer):
         surface.openness = self._array(world.face_openness[cast], wp.float32)
         surface.two_sided = self._array(world.face_two_sided[cast].astype(np.uint8), wp.uint8)
         texels, first, width, height = _packed(world.textures)
-        looked_up = world.face_texture is not None and world.vertex_uv is not None
-        surface.uvs = self._array(world.vertex_uv if looked_up else np.zeros((0, 2), np.float32), wp.vec2)
-        surface.texture = self._array(world.face_texture[cast] if looked_up else np.zeros(0, np.int32), wp.int32)
+        uvs, texture = np.zeros((0, 2), np.float32), np.zeros(0, np.int32)
+        if world.vertex_uv is not None and world.face_texture is not None:
+            uvs, texture = world.vertex_uv, world.face_texture[cast]
+        surface.uvs = self._array(uvs, wp.vec2)
+        surface.texture = self._array(texture, wp.int32)
         surface.texture_first = self._array(first, wp.int64)
         surface.texture_width = self._array(width, wp.int32)
         surface.texture_height = self._array(height, wp.int32)

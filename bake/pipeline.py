@@ -1,0 +1,205 @@
+"""The bake on one page: scene → samples → trace → solve → result."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bake import __version__
+from bake.devices import Device, resolve
+from bake.errors import SceneError
+from bake.results import check_destination, is_current, load_result, save_result
+from bake.samples import place_samples
+from bake.scene import flatten, load_scene
+from bake.settings import BakeSettings, TracerKind
+from bake.solve import map_to_vertices
+from bake.stages import StageClock, patiently
+from bake.trace import create_tracer
+from bake.types import BakeResult, Finding, Progress, Role, SampleSet, Scene, Tally, VertexField, VertexState, World
+
+
+@dataclass(frozen=True, slots=True)
+class BakeRequest:
+    """What to bake, and where to.
+
+    Attributes:
+        scene_path: A scene file.
+        result_path: A folder: absent, empty or a result that will be replaced.
+        options: Options by long name as the user gave them; they win over the side file's `[bake]` table.
+    """
+
+    scene_path: Path
+    result_path: Path
+    options: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+
+@dataclass(frozen=True, slots=True)
+class BakeOutcome:
+    """What came of it.
+
+    Attributes:
+        result: The result as it is stored.
+        unchanged: The stored result was already the one asked for; nothing was traced.
+        seconds: From the request to the stored result.
+    """
+
+    result: BakeResult
+    unchanged: bool
+    seconds: float
+
+
+def run_bake(request: BakeRequest) -> Generator[Progress, None, BakeOutcome]:
+    """Bakes a scene file into a result folder; close the generator to cancel.
+
+    Raises:
+        InputError: the options, the scene or the destination cannot be used; raised before any ray is traced.
+        ObscuraError: a device failed or the result could not be stored. What was in the folder stays.
+    """
+    clock = StageClock()
+    BakeSettings.from_options(request.options)  # a wrong option is refused before the scene is read
+    check_destination(request.result_path)
+    scene, seconds = yield from patiently("load", lambda: load_scene(request.scene_path))
+    settings = scene_settings(scene, request.options)
+    clock.ran("process geometry", f"{len(scene.objects)} objects, {len(scene.meshes)} meshes", seconds)
+    device = resolve(settings.device)
+    if _is_current(request.result_path, scene, settings, device):
+        return BakeOutcome(load_result(request.result_path, verify=False), True, clock.seconds)
+    result = yield from bake(scene, settings, device, clock)
+    yield from patiently("store", lambda: save_result(result, request.result_path))
+    return BakeOutcome(result, False, clock.seconds)
+
+
+def bake(
+    scene: Scene, settings: BakeSettings, device: Device, clock: StageClock
+) -> Generator[Progress, None, BakeResult]:
+    """Bakes a loaded scene; the stages in order."""
+    world, seconds = yield from patiently("flatten", lambda: flatten(scene, settings))
+    clock.ran("flatten", f"{world.face_count:,} faces, {world.vertex_count:,} vertices", seconds)
+
+    samples, seconds = yield from patiently("samples", lambda: place_samples(world, settings))
+    if len(samples) == 0:
+        raise SceneError(
+            "nothing receives ambient obscurance", where=str(scene.path), remedy="check the objects' roles"
+        )
+    clock.ran("sample surface", f"{len(samples):,} samples", seconds)
+
+    tally, tracer_name, device_name = yield from trace(world, samples, settings, device, clock)
+    _report_skipped(world, settings, clock)
+
+    valid = tally.valid(settings.back_face_threshold)
+    solved, seconds = yield from patiently("solve", lambda: map_to_vertices(world, samples, tally.ao, valid, settings))
+    report = solved.report
+    clock.ran("map to vertices", f"{report.unknowns:,} unknowns, {report.iterations} iterations", seconds)
+    return BakeResult(
+        scene_path=scene.path.resolve(),
+        files=scene.files,
+        settings=settings,
+        world=world,
+        samples=samples,
+        tally=tally,
+        field=solved,
+        stages=tuple(clock.rows),
+        findings=(*scene.findings, *_bake_findings(world, samples, valid, solved)),
+        device=device_name,
+        tracer=tracer_name,
+        rays_skipped=0,
+        versions=versions(),
+    )
+
+
+def trace(
+    world: World, samples: SampleSet, settings: BakeSettings, device: Device, clock: StageClock
+) -> Generator[Progress, None, tuple[Tally, str, str]]:
+    """Traces every sample; returns the tally and the names of the tracer and the device."""
+    yield Progress("build BVH", 0, 0)
+    tally = Tally.empty(len(samples), settings.distance_count)
+    begin = time.perf_counter()
+    with create_tracer(world, settings, device) as tracer:
+        build = time.perf_counter() - begin
+        clock.ran("build BVH", f"{int(world.face_casts.sum()):,} triangles", build)
+        total = len(samples) * settings.rays
+        for batch in samples.batches(tracer.batch_size):
+            tracer.accumulate(samples, batch, tally)
+            done, seconds = batch.stop * settings.rays, time.perf_counter() - begin - build
+            yield Progress("trace", done, total, seconds, done / max(seconds, 1e-9))
+        seconds = time.perf_counter() - begin - build
+        clock.ran("trace", f"{settings.rays} rays a sample", seconds, total)
+        return tally, tracer.name, tracer.device
+
+
+def scene_settings(scene: Scene, options: Mapping[str, Any]) -> BakeSettings:
+    """The settings that hold for a scene: its side file's `[bake]` table, overruled by explicit options."""
+    BakeSettings.from_options(scene.bake_options, where=f"{scene.path}.obscura.toml")
+    return BakeSettings.from_options({**scene.bake_options, **options})
+
+
+def versions() -> dict[str, str]:
+    """Versions that a result depends on."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    found = {"obscura": __version__, "numpy": np.__version__}
+    for package in ("scipy", "warp-lang", "embreex"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def _is_current(folder: Path, scene: Scene, settings: BakeSettings, device: Device) -> bool:
+    kind = settings.tracer
+    if kind is TracerKind.AUTO:
+        kind = TracerKind.WARP if device.is_cuda else TracerKind.EMBREE
+    name = device.name if device.is_cuda else "cpu"
+    return is_current(folder, files=scene.files, settings=settings, device=name, tracer=kind.value, versions=versions())
+
+
+_LATER_STAGES = (
+    ("fog", Role.SHRUB, "shrubs"),
+    ("trees", Role.TREE, "trees"),
+    ("decorators", Role.SMALL, "small decorators"),
+    ("lods", Role.LOD, "lower LODs"),
+)
+
+
+def _report_skipped(world: World, settings: BakeSettings, clock: StageClock) -> None:
+    """Says of every stage that did not run why it did not."""
+    for stage, role, plural in _LATER_STAGES:
+        count = world.object_roles.count(role)
+        if stage in settings.skip:
+            clock.skipped(stage, "asked for by --skip")
+        elif count:
+            clock.skipped(stage, f"{count} {plural} set aside: this version does not bake them")
+        else:
+            clock.skipped(stage, f"no {plural} in the scene")
+    clock.skipped("regions", "this version does not bake dynamic regions")
+
+
+def _bake_findings(world: World, samples: SampleSet, valid: np.ndarray, solved: VertexField) -> list[Finding]:
+    """Per object: samples that the back-face rule threw away, and vertices that had to be filled."""
+    findings: list[Finding] = []
+    invalid = np.bincount(world.face_object[samples.face[~valid]], minlength=world.object_count)
+    totals = np.bincount(world.face_object[samples.face], minlength=world.object_count)
+    filled = (
+        np.add.reduceat(np.append(solved.state == VertexState.FILLED, False).astype(np.int64), world.first_vertex[:-1])
+        if world.object_count
+        else np.zeros(0, np.int64)
+    )
+    filled[np.diff(world.first_vertex) == 0] = 0
+    for i, path in enumerate(world.object_paths):
+        if invalid[i]:
+            share = 100.0 * invalid[i] / totals[i]
+            detail = f"{invalid[i]:,} of {totals[i]:,} samples ({share:.0f} %) see too many back faces"
+            findings.append(Finding(path, "invalid-samples", int(invalid[i]), detail))
+        if filled[i]:
+            detail = f"{filled[i]:,} vertices had no valid sample and were filled from their neighbours"
+            findings.append(Finding(path, "filled-vertices", int(filled[i]), detail))
+    return findings
+
+
+__all__ = ["BakeOutcome", "BakeRequest", "bake", "run_bake", "scene_settings", "trace", "versions"]
