@@ -1,0 +1,218 @@
+"""What is open: scene, world, result, and what of it is shown. Knows no Qt; tells its observers by events."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+
+from app.events import Event
+from bake.settings import BakeSettings, MappingKind
+from bake.types import BakeResult, BoolArray, Finding, Float64Array, VertexField, World
+from viewer.display import Display, shown_field
+from viewer.fields import Quantity, SurfaceField
+from viewer.histogram import vertex_areas
+from viewer.probe import Readout
+
+
+class Document:
+    """State of one window. Setters emit the event of what they changed, after the change.
+
+    Attributes:
+        scene_path: The scene's file; None while nothing is open.
+        result_path: Folder that the shown result lies in, or that a bake goes to.
+        scene_name: For titles.
+        files: Hashes of the scene's files, to tell whether a result is up to date.
+        up_axis: 1 for +Y up, 2 for +Z up.
+        findings: Of the scene, or of its result once there is one.
+        world: Geometry in view.
+        result: The bake in view.
+        field: Vertex values in view: the result's own, or those of a changed threshold (then `is_preview`).
+        other: Vertex values of the other mapping, once computed.
+        threshold: Back-face threshold in view.
+        display: How it is shown.
+        visible: Objects that are drawn, shape (o,), bool.
+        selected: Index of the selected object, -1 for none.
+        pinned: The point that was clicked.
+    """
+
+    def __init__(self) -> None:
+        self.scene_path: Path | None = None
+        self.result_path: Path | None = None
+        self.files: dict[str, str] = {}
+        self.up_axis = 1
+        self.findings: tuple[Finding, ...] = ()
+        self.scene_settings = BakeSettings()
+        self.world: World | None = None
+        self.result: BakeResult | None = None
+        self.field: VertexField | None = None
+        self.other: VertexField | None = None
+        self.threshold = 0.25
+        self.display = Display()
+        self.visible: BoolArray = np.zeros(0, bool)
+        self.selected = -1
+        self.pinned: Readout | None = None
+        self._areas: Float64Array | None = None
+
+        self.opened: Event[[]] = Event()
+        self.world_changed: Event[[]] = Event()
+        self.result_changed: Event[[]] = Event()
+        self.field_changed: Event[[]] = Event()
+        self.threshold_changed: Event[[]] = Event()
+        self.display_changed: Event[[]] = Event()
+        self.visibility_changed: Event[[]] = Event()
+        self.selection_changed: Event[[]] = Event()
+        self.pinned_changed: Event[[]] = Event()
+
+    def events(self) -> tuple[Event[[]], ...]:
+        """All events."""
+        return (
+            self.opened, self.world_changed, self.result_changed, self.field_changed, self.threshold_changed,
+            self.display_changed, self.visibility_changed, self.selection_changed, self.pinned_changed,
+        )  # fmt: skip
+
+    @property
+    def scene_name(self) -> str:
+        """Name of what is open, for titles; empty if nothing is."""
+        return self.scene_path.name if self.scene_path is not None else ""
+
+    @property
+    def is_preview(self) -> bool:
+        """Whether the values in view are not the stored ones."""
+        return self.result is not None and self.field is not self.result.field
+
+    def open_scene(
+        self, path: Path, result_path: Path, files: dict[str, str], findings: tuple[Finding, ...], up_axis: int
+    ) -> None:
+        """Starts over with a scene; its geometry follows by `set_world`."""
+        self.scene_path, self.result_path, self.files = path, result_path, files
+        self.findings, self.up_axis = findings, up_axis
+        self.world = self.result = self.field = self.other = self.pinned = self._areas = None
+        self.selected = -1
+        self.visible = np.zeros(0, bool)
+        self.opened.emit()
+
+    def set_world(self, world: World) -> None:
+        """Shows geometry, without values."""
+        self.world = world
+        self._areas = None
+        self.visible = np.ones(world.object_count, bool)
+        self.selected, self.pinned = -1, None
+        self.result = self.field = self.other = None
+        self.world_changed.emit()
+        self.result_changed.emit()
+        self.field_changed.emit()
+
+    def set_result(self, result: BakeResult, path: Path) -> None:
+        """Shows a result: its world, if it differs from the one in view, and its values."""
+        if self.world is None or not _same_geometry(self.world, result.world):
+            self.set_world(result.world)
+        self.world = result.world
+        self.result, self.result_path = result, path
+        self.field, self.other = result.field, None
+        self.findings = tuple(result.findings)
+        self.threshold = result.settings.back_face_threshold
+        columns = len(result.settings.column_distances)
+        if self.display.column >= columns:
+            self.display = self.display.replaced(column=columns - 1)
+        if self.display.quantity in (Quantity.GEOMETRY, Quantity.DIFFERENCE):
+            self.display = self.display.replaced(quantity=Quantity.BLEND)
+        self.display_changed.emit()
+        self.result_changed.emit()
+        self.threshold_changed.emit()
+        self.field_changed.emit()
+
+    def set_field(self, field: VertexField) -> None:
+        """Shows other values on the same result, e.g. those of a changed threshold."""
+        self.field = field
+        self.field_changed.emit()
+
+    def set_other(self, other: VertexField | None) -> None:
+        """Takes the values of the other mapping."""
+        self.other = other
+        self.field_changed.emit()
+
+    def set_threshold(self, threshold: float) -> None:
+        """Moves the back-face threshold in view; values follow by `set_field`."""
+        if threshold != self.threshold:
+            self.threshold = threshold
+            self.threshold_changed.emit()
+
+    def set_display(self, display: Display) -> None:
+        """Changes how things are shown."""
+        if display != self.display:
+            self.display = display
+            self.display_changed.emit()
+
+    def set_up_axis(self, axis: int) -> None:
+        """Changes which way is up."""
+        if axis != self.up_axis:
+            self.up_axis = axis
+            self.display_changed.emit()
+
+    def set_visible(self, visible: BoolArray) -> None:
+        """Shows and hides objects."""
+        if not np.array_equal(visible, self.visible):
+            self.visible = visible
+            self.visibility_changed.emit()
+
+    def select(self, index: int) -> None:
+        """Selects an object; -1 for none."""
+        if index != self.selected:
+            self.selected = index
+            self.selection_changed.emit()
+
+    def pin(self, readout: Readout | None) -> None:
+        """Keeps a point's readout in view."""
+        self.pinned = readout
+        self.pinned_changed.emit()
+
+    def shown(self) -> SurfaceField | None:
+        """The numbers that the display asks for; None for plain geometry."""
+        if self.result is None or self.field is None:
+            return None
+        return shown_field(self.display, self.result, self.field, self.other)
+
+    def vertex_areas(self) -> Float64Array:
+        """Area weights of the world's vertices, computed once."""
+        if self._areas is None:
+            if self.world is None:
+                return np.zeros(0)
+            self._areas = vertex_areas(np.asarray(self.world.positions), np.asarray(self.world.faces))
+        return self._areas
+
+    def other_mapping(self) -> MappingKind:
+        """The mapping that the result was not baked with."""
+        own = self.result.settings.mapping if self.result is not None else MappingKind.LEAST_SQUARES
+        return MappingKind.AVERAGE if own is MappingKind.LEAST_SQUARES else MappingKind.LEAST_SQUARES
+
+    def face_visible(self) -> BoolArray | None:
+        """Faces of visible objects, shape (m,), bool; None if all are."""
+        if self.world is None or self.visible.all():
+            return None
+        return self.visible[np.asarray(self.world.face_object)]
+
+    def object_bounds(self, index: int) -> tuple[Float64Array, Float64Array] | None:
+        """Corners of an object's box, metres from the world's origin; None if it has no vertices."""
+        if self.world is None or not 0 <= index < self.world.object_count:
+            return None
+        points = self.world.positions[self.world.first_vertex[index] : self.world.first_vertex[index + 1]]
+        return (points.min(axis=0), points.max(axis=0)) if len(points) else None
+
+
+def default_result_folder(scene: Path, cache: Path) -> Path:
+    """Where the window bakes a scene to, unless told otherwise: one folder a scene under the user's cache."""
+    key = hashlib.sha256(str(scene.resolve()).encode()).hexdigest()[:12]
+    return cache / "results" / f"{scene.stem}-{key}"
+
+
+def _same_geometry(a: World, b: World) -> bool:
+    return a is b or (
+        a.object_hash == b.object_hash
+        and a.object_paths == b.object_paths
+        and a.positions.shape == b.positions.shape
+        and a.faces.shape == b.faces.shape
+        and np.array_equal(a.positions, b.positions)
+        and np.array_equal(a.faces, b.faces)
+    )

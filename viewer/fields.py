@@ -1,0 +1,98 @@
+"""Values on a surface, ready to be coloured: which numbers, their unit, their range and their colour map."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bake.types import Float32Array, UInt8Array, VertexField, VertexState
+from viewer.colormaps import BLUE_WHITE_ORANGE, GREY, NOT_BAKED_COLOR, ColorMap
+from viewer.tone import RemapCurve, blend
+
+
+class Quantity(enum.StrEnum):
+    """What is shown on the surface."""
+
+    GEOMETRY = "geometry"
+    DISTANCE = "distance"
+    BLEND = "blend"
+    DIFFERENCE = "difference"
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceField:
+    """One number a vertex.
+
+    Attributes:
+        title: Name for people, with its distance.
+        values: Shape (n,), float32; NaN where there is none.
+        not_baked: Shape (n,), bool: has no value because of its object's role.
+        low, high: The range to start from.
+        color_map: The map to start from.
+        unit: Unit of the values, empty for AO.
+    """
+
+    title: str
+    values: Float32Array
+    not_baked: np.ndarray
+    low: float = 0.0
+    high: float = 1.0
+    color_map: ColorMap = GREY
+    unit: str = ""
+
+    def colors(self, color_map: ColorMap, low: float, high: float) -> UInt8Array:
+        """Vertex colours, shape (n, 3), uint8: magenta where a value is missing, slate where none is due."""
+        colors = color_map.colors(self.values, low, high)
+        colors[self.not_baked] = NOT_BAKED_COLOR
+        return colors
+
+    @property
+    def missing_count(self) -> int:
+        """Vertices without a value that should have one."""
+        return int(np.count_nonzero(np.isnan(self.values) & ~self.not_baked))
+
+
+def distance_label(metres: float) -> str:
+    """A distance for labels: `2 m`, `300 m`, `0.25 m`, `1.5 km`."""
+    return f"{metres / 1000:g} km" if metres >= 1000 else f"{metres:g} m"
+
+
+def distance_field(field: VertexField, distances: Sequence[float], column: int) -> SurfaceField:
+    """AO at one of the baked distances."""
+    return SurfaceField(
+        title=f"AO at {distance_label(distances[column])}",
+        values=np.ascontiguousarray(field.ao[:, column], np.float32),
+        not_baked=_not_baked(field),
+    )
+
+
+def blended_field(
+    field: VertexField, distances: Sequence[float], short_share: float, curve: RemapCurve
+) -> SurfaceField:
+    """AO as the level mixes its longest and shortest distance, after the artist's curve."""
+    title = "AO, blended" if curve.is_identity else "AO, blended and remapped"
+    return SurfaceField(title, curve(blend(field.ao, distances, short_share)), _not_baked(field))
+
+
+def difference_field(
+    minuend: VertexField, subtrahend: VertexField, distances: Sequence[float], column: int, label: str
+) -> SurfaceField:
+    """Signed difference of two fields over the same vertices at one distance; the range is symmetric."""
+    values = (minuend.ao[:, column] - subtrahend.ao[:, column]).astype(np.float32)
+    known = np.abs(values[np.isfinite(values)])
+    reach = max(float(np.quantile(known, 0.999)), 1e-3) if len(known) else 1.0
+    return SurfaceField(
+        title=f"{label} at {distance_label(distances[column])}",
+        values=values,
+        not_baked=_not_baked(minuend),
+        low=-reach,
+        high=reach,
+        color_map=BLUE_WHITE_ORANGE,
+    )
+
+
+def _not_baked(field: VertexField) -> np.ndarray:
+    return np.asarray(field.state) == VertexState.NOT_BAKED

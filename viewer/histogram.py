@@ -1,0 +1,92 @@
+"""How the values of a surface are distributed, by area, for the range control."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bake.types import Float32Array, Float64Array, Int32Array
+
+
+@dataclass(frozen=True, slots=True)
+class Histogram:
+    """Shares of the surface by value.
+
+    Attributes:
+        shares: Shape (bins,), float64: share of the counted area in each bin; sums to 1 or, if empty, 0.
+        low, high: Values at the two ends.
+        mean: Area-weighted mean; NaN if empty.
+        minimum, maximum: Extremes of the values; NaN if empty.
+    """
+
+    shares: Float64Array
+    low: float
+    high: float
+    mean: float
+    minimum: float
+    maximum: float
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there was no value at all."""
+        return bool(np.isnan(self.mean))
+
+
+def vertex_areas(positions: Float64Array, faces: Int32Array) -> Float64Array:
+    """A third of the area of every face at each vertex, shape (n,), float64, m²; 0 at unreferenced vertices."""
+    a, b, c = (positions[faces[:, corner]] for corner in range(3))
+    third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
+    return sum(
+        (np.bincount(faces[:, corner], weights=third, minlength=len(positions)) for corner in range(3)),
+        start=np.zeros(len(positions)),
+    )
+
+
+def histogram_of(values: Float32Array, weights: Float64Array, low: float, high: float, bins: int = 128) -> Histogram:
+    """The distribution of finite values.
+
+    Args:
+        values: Shape (n,); NaN is left out; what lies outside is counted in the end bins.
+        weights: Shape (n,), e.g. vertex areas.
+        low, high: Values at the two ends of the bins.
+        bins: Number of bins.
+    """
+    known = np.isfinite(values) & (weights > 0.0)
+    values, weights = values[known].astype(np.float64), weights[known]
+    total = weights.sum()
+    if not total > 0.0:
+        return Histogram(np.zeros(bins), low, high, np.nan, np.nan, np.nan)
+    index = np.clip((values - low) / max(high - low, 1e-12) * bins, 0, bins - 1).astype(np.int64)
+    shares = np.bincount(index, weights=weights, minlength=bins) / total
+    mean = float((values * weights).sum() / total)
+    return Histogram(shares, low, high, mean, float(values.min()), float(values.max()))
+
+
+def clipped_shares(values: Float32Array, weights: Float64Array, low: float, high: float) -> tuple[float, float]:
+    """Shares of the area whose value lies below `low` and above `high`."""
+    known = np.isfinite(values)
+    total = float(weights[known].sum())
+    if not total > 0.0:
+        return 0.0, 0.0
+    below = float(weights[known & (values < low)].sum()) / total
+    above = float(weights[known & (values > high)].sum()) / total
+    return below, above
+
+
+def robust_range(values: Float32Array, weights: Float64Array, drop: float = 0.001) -> tuple[float, float]:
+    """The range that leaves out a share `drop` of the area at each end; (0, 1) without any value.
+
+    A range of no width is widened by a thousandth, so that it can always be drawn.
+    """
+    known = np.isfinite(values) & (weights > 0.0)
+    if not known.any():
+        return 0.0, 1.0
+    order = np.argsort(values[known], kind="stable")
+    ordered = values[known][order].astype(np.float64)
+    position = np.cumsum(weights[known][order])
+    position /= position[-1]
+    last = len(ordered) - 1
+    low = float(ordered[min(int(np.searchsorted(position, drop, side="right")), last)])
+    high = float(ordered[min(int(np.searchsorted(position, 1.0 - drop, side="left")), last)])
+    return (low, high) if high - low >= 1e-3 else (low - 5e-4, high + 5e-4)
