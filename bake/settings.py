@@ -11,13 +11,13 @@ import dataclasses
 import difflib
 import enum
 import math
-import types
 import typing
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
 from bake.errors import SettingsError
+from bake.options import convert, plain
 
 
 class MappingKind(enum.StrEnum):
@@ -277,7 +277,7 @@ class BakeSettings:
 
     def to_json(self) -> dict[str, Any]:
         """Plain values by long option name, as the manifest stores them."""
-        return {option_name(item.name): _plain(getattr(self, item.name)) for item in dataclasses.fields(self)}
+        return {option_name(item.name): plain(getattr(self, item.name)) for item in dataclasses.fields(self)}
 
     @staticmethod
     def from_options(options: Mapping[str, Any], *, where: str = "") -> BakeSettings:
@@ -302,7 +302,7 @@ class BakeSettings:
                     where=where,
                     remedy=f"did you mean {near[0]!r}?" if near else f"known: {', '.join(sorted(fields_by_option))}",
                 )
-            values[item.name] = _convert(value, hints[item.name], _named(option, where))
+            values[item.name] = convert(value, hints[item.name], _named(option, where))
         quality = values.get("quality", Quality.FINAL)
         return BakeSettings(**{**QUALITY_PRESETS[quality], **values})
 
@@ -343,72 +343,3 @@ def _check_bounds(item: dataclasses.Field[Any], value: Any) -> None:
         unit = f" {item.metadata['unit']}" if item.metadata["unit"] else ""
         bounds = f"{'above ' + format(above, 'g') if above is not None else f'{low:g}'} to {high:g}{unit}"
         raise SettingsError(f"{number!r} {problem}", where=f"--{option_name(item.name)}", remedy=f"use {bounds}")
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, enum.Enum):
-        return value.value
-    if isinstance(value, Ground):
-        return str(value)
-    if isinstance(value, tuple):
-        return [_plain(item) for item in cast("tuple[Any, ...]", value)]
-    return value
-
-
-def _convert(value: Any, wanted: Any, where: str) -> Any:
-    """Turns a typed-in string or a TOML or JSON value into the field's type."""
-    if typing.get_origin(wanted) is types.UnionType:
-        if value is None or value == "":
-            return None
-        wanted = next(part for part in typing.get_args(wanted) if part is not types.NoneType)
-    try:
-        if wanted is Ground:
-            return value if isinstance(value, Ground) else Ground.parse(str(value))
-        if typing.get_origin(wanted) is tuple:
-            return _convert_tuple(value, typing.get_args(wanted), where)
-        if isinstance(wanted, type) and issubclass(wanted, enum.Enum):
-            return cast("Any", wanted)(value)
-        if wanted is bool:
-            return _convert_bool(value)
-        if wanted is str:
-            return str(value)
-        if isinstance(value, bool):
-            raise ValueError(value)
-        if wanted is int and isinstance(value, float) and not value.is_integer():
-            raise ValueError(value)
-        return wanted(value)
-    except (ValueError, TypeError):
-        raise SettingsError(f"{value!r} is no valid value", where=where, remedy=f"use {_describe(wanted)}") from None
-
-
-def _convert_tuple(value: Any, parts: tuple[Any, ...], where: str) -> tuple[Any, ...]:
-    separator = "," if Ellipsis in parts else ":"
-    if isinstance(value, str):
-        value = [piece.strip() for piece in value.split(separator) if piece.strip()]
-    items = list(cast("list[Any]", value)) if isinstance(value, list | tuple) else [value]
-    converted = tuple(_convert(item, parts[0], where) for item in items)
-    if Ellipsis in parts:
-        return converted
-    if len(converted) == 1:  # MIN alone: the maximum is the default's, or the minimum if that is larger
-        return (converted[0], max(converted[0], 16))
-    if len(converted) != len(parts):
-        raise ValueError(value)
-    return converted
-
-
-def _convert_bool(value: Any) -> bool:
-    known = {True: True, False: False, "true": True, "false": False, "yes": True, "no": False, "1": True, "0": False}
-    key: Any = value.strip().lower() if isinstance(value, str) else value
-    if key not in known:
-        raise ValueError(value)
-    return known[key]
-
-
-def _describe(wanted: Any) -> str:
-    if typing.get_origin(wanted) is tuple:
-        parts = typing.get_args(wanted)
-        return "numbers separated by commas" if Ellipsis in parts else "MIN or MIN:MAX"
-    if isinstance(wanted, type) and issubclass(wanted, enum.Enum):
-        return " or ".join(str(member.value) for member in wanted)
-    names: dict[Any, str] = {int: "a whole number", float: "a number", bool: "true or false"}
-    return names.get(wanted, "another value")

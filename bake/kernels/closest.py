@@ -154,6 +154,16 @@ def _unpack(packed: vec5d) -> Hit:
     return hit
 
 
+NUDGE = wp.constant(1.0e-5)
+
+
+@wp.func
+def nudged(direction: wp.vec3) -> wp.vec3:
+    """The direction turned by a hundred-thousandth: past rounding, far below what AO can tell."""
+    side = wp.where(wp.abs(direction[0]) < 0.5, wp.vec3(1.0, 0.0, 0.0), wp.vec3(0.0, 1.0, 0.0))
+    return wp.normalize(direction + NUDGE * wp.normalize(wp.cross(direction, side)))
+
+
 @wp.func
 def embree_closest(
     entry: wp.uint64, scene: wp.uint64, origin: wp.vec3, direction: wp.vec3, t_min: wp.float32, t_max: wp.float32
