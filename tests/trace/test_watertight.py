@@ -87,7 +87,7 @@ def test_flat_grid_sees_nothing_of_itself(fast_body: str) -> None:
     n = len(edges)
     i = np.arange(n * (n - 1)).reshape(n - 1, n)[:, :-1].ravel()
     faces = np.concatenate([np.stack([i, i + n, i + 1], 1), np.stack([i + 1, i + n, i + n + 1], 1)])
-    for name, points in (("axis-aligned", positions + [0, 12.3, 0]), ("turned", positions @ turn.T)):
+    for name, points in (("axis-aligned", positions + np.array([0, 12.3, 0])), ("turned", positions @ turn.T)):
         world = make_world((points, faces))
         settings = BakeSettings(kernel=Kernel.OCCLUSION, max_distance=1e5, rays=64, samples_per_face=(1, 1))
         samples = place_samples(world, settings)

@@ -1,0 +1,1 @@
+"""Measurements that the documentation quotes; `main.py bench` runs them."""
