@@ -5,4 +5,12 @@ from bake.results.manifest import Manifest, is_result, read_manifest
 from bake.results.save import check_destination, save_result
 from bake.results.unchanged import is_current
 
-__all__ = ["Manifest", "check_destination", "is_current", "is_result", "load_result", "read_manifest", "save_result"]
+__all__ = [
+    "Manifest",
+    "check_destination",
+    "is_current",
+    "is_result",
+    "load_result",
+    "read_manifest",
+    "save_result",
+]
