@@ -1,0 +1,62 @@
+"""Faces that lie exactly on one another: copies, and cards doubled in place to be seen from both sides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bake.scene.weld import mixed_keys, weld_positions
+from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
+
+
+@dataclass(frozen=True, slots=True)
+class CoincidentFaces:
+    """Which faces of a mesh share all three corner positions with another one.
+
+    Attributes:
+        duplicate: Shape (m,): an earlier face has the same corners and looks the same way.
+        opposed: Shape (m,): another face has the same corners and looks the opposite way.
+    """
+
+    duplicate: BoolArray
+    opposed: BoolArray
+
+
+def find_coincident(positions: Float64Array, faces: Int32Array) -> CoincidentFaces:
+    """Finds coincident faces by position, whatever their vertex indices; faces with equal corners are left out."""
+    return coincident_of_welded(weld_positions(positions)[faces])
+
+
+def coincident_of_welded(welded: Int64Array) -> CoincidentFaces:
+    """Like `find_coincident`, for faces over welded vertices, shape (m, 3)."""
+    count = len(welded)
+    duplicate, opposed = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    corners = np.sort(welded, axis=1)
+    proper = np.flatnonzero((corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]))
+    if len(proper) == 0:
+        return CoincidentFaces(duplicate, opposed)
+    triples = corners[proper]
+    keys = mixed_keys(triples.astype(np.uint64))
+    order = np.argsort(keys, kind="stable")
+    sorted_triples = triples[order]
+    repeats = (sorted_triples[1:] == sorted_triples[:-1]).all(axis=1)
+    if not repeats.any():
+        return CoincidentFaces(duplicate, opposed)
+    group = np.concatenate(([0], np.cumsum(~repeats)))
+    face = proper[order]
+    odd = _is_odd(welded[face])
+    side = 2 * group + odd
+    first_of_side = np.unique(side, return_index=True)[1]
+    is_first = np.zeros(len(face), np.bool_)
+    is_first[first_of_side] = True
+    duplicate[face[~is_first]] = True
+    sides = np.bincount(side, minlength=2 * (int(group[-1]) + 1)).reshape(-1, 2)
+    opposed[face] = (sides > 0).all(axis=1)[group]
+    return CoincidentFaces(duplicate, opposed)
+
+
+def _is_odd(corners: Int64Array) -> BoolArray:
+    """Whether sorting the three different corners takes an odd permutation: tells the two windings apart."""
+    a, b, c = corners.T
+    return ((a > b) ^ (b > c) ^ (a > c)).astype(np.bool_)

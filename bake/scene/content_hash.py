@@ -1,0 +1,55 @@
+"""Content hashes of objects: equal exactly if nothing about the object that a bake can see has changed."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+
+from bake.types import Float64Array, Material, Mesh, Scene, SceneObject
+
+DIGEST_BYTES = 16
+
+
+class ContentHasher:
+    """Hashes the objects of one scene; what instances share is hashed once.
+
+    Names and numbering do not enter: an object that is renamed or moves within the file keeps its hash.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._meshes: dict[int, bytes] = {}
+
+    def object_hash(self, item: SceneObject) -> str:
+        """Hex hash of an object's geometry, transform, role, keys and materials."""
+        if item.mesh not in self._meshes:
+            self._meshes[item.mesh] = _mesh_digest(self._scene.meshes[item.mesh], self._scene.materials)
+        said = repr((item.role.value, item.keys))
+        return _digest(self._meshes[item.mesh], item.transform.tobytes(), said.encode()).hex()
+
+    @staticmethod
+    def ground_hash(origin: Float64Array, corners: Float64Array) -> str:
+        """Hex hash of a ground plane by its place in the world."""
+        return _digest(b"ground", (corners + origin).tobytes()).hex()
+
+
+def _digest(*parts: bytes) -> bytes:
+    digest = hashlib.blake2b(digest_size=DIGEST_BYTES)
+    for part in parts:
+        digest.update(len(part).to_bytes(8, "little"))
+        digest.update(part)
+    return digest.digest()
+
+
+def _mesh_digest(mesh: Mesh, materials: tuple[Material, ...]) -> bytes:
+    used, local = np.unique(mesh.face_material, return_inverse=True)
+    arrays = (mesh.positions, mesh.normals, mesh.faces, local.astype(np.int32), mesh.uvs)
+    parts = [b"" if array is None else np.ascontiguousarray(array).tobytes() for array in arrays]
+    return _digest(*parts, *(_material_digest(materials[index]) for index in used))
+
+
+def _material_digest(material: Material) -> bytes:
+    texture = b"" if material.openness_map is None else np.ascontiguousarray(material.openness_map).tobytes()
+    shape = () if material.openness_map is None else material.openness_map.shape
+    return _digest(repr((material.two_sided, material.openness, shape)).encode(), texture)

@@ -1,0 +1,50 @@
+"""Which vertices lie at the same place: the connectivity that a file of split vertices does not store."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bake.types import Float64Array, Int64Array
+
+UInt64Array = NDArray[np.uint64]
+
+# Odd multipliers and a final mix after splitmix64 (Steele, Lea, Flood 2014): every bit of a coordinate reaches the key.
+_MULTIPLIERS = np.array([0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB], np.uint64)
+
+
+def weld_positions(positions: Float64Array) -> Int64Array:
+    """Numbers the distinct positions; vertices at exactly the same place share a number.
+
+    Args:
+        positions: Shape (n, 3), finite.
+
+    Returns:
+        Shape (n,), int64, values in [0, number of distinct positions).
+    """
+    rows = np.ascontiguousarray(positions + 0.0)  # -0.0 is the same place as 0.0
+    keys = mixed_keys(rows.view(np.uint64).reshape(-1, 3))
+    _, first, welded = np.unique(keys, return_index=True, return_inverse=True)
+    if not np.array_equal(rows[first][welded], rows):  # two places with one 64-bit key: never seen, still handled
+        welded = np.unique(rows, axis=0, return_inverse=True)[1]
+    return welded.reshape(-1).astype(np.int64)
+
+
+def mixed_keys(words: UInt64Array) -> UInt64Array:
+    """One well-mixed 64-bit key per row, shape (n,); equal rows have equal keys, others almost never.
+
+    Args:
+        words: Shape (n, 3).
+    """
+    with np.errstate(over="ignore"):
+        mixed = np.zeros(len(words), np.uint64)
+        for column, multiplier in enumerate(_MULTIPLIERS):
+            mixed = (mixed ^ words[:, column]) * multiplier
+            mixed ^= mixed >> np.uint64(31)
+    return mixed
+
+
+def edge_keys(start: Int64Array, end: Int64Array) -> UInt64Array:
+    """One key per undirected edge between welded vertices below 2³², shape as the arguments, uint64."""
+    low, high = np.minimum(start, end).astype(np.uint64), np.maximum(start, end).astype(np.uint64)
+    return (low << np.uint64(32)) | high
