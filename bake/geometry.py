@@ -20,10 +20,7 @@ EDGE_BARYCENTRIC = 1e-4
 """Nor does a hit this close to an edge, where rounding may pick either of two faces."""
 
 MAX_LAYERS = 32
-"""Most partly open surfaces that one ray passes; what is left of it then counts as blocked."""
-
-MIN_TRANSMITTANCE = 1.0 / 1024.0
-"""A ray weaker than this ends where it is."""
+"""Most partly open surfaces that one ray passes; it then counts as blocked."""
 
 OFFSET_ULPS = 16.0
 """Origin offset in units of 2^-24 × (largest coordinate + extent of the face); see `offset_distance`."""

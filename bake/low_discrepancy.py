@@ -58,6 +58,17 @@ def to_unit(x: UInt32Array) -> Float64Array:
     return ((x >> _U32(9)).astype(np.float64) + 0.5) * 2.0**-23
 
 
+def thresholds(index: NDArray[np.integer], seed: NDArray[np.integer]) -> Float64Array:
+    """One number in (0, 1) a ray, evenly spread over the rays of a sample: a golden-ratio sequence, shifted by seed.
+
+    A ray stops at the first partly open face behind which no more than this share of it would be left. That draws the
+    stopping face from its distribution, with one number however many faces the ray meets.
+    """
+    with np.errstate(over="ignore"):
+        i, s = index.astype(_U32), seed.astype(_U32)
+        return to_unit(hash_u32(s ^ _U32(0x2545F491)) + i * _U32(0x9E3779B9))
+
+
 def owen_sobol(index: NDArray[np.integer], seed: NDArray[np.integer]) -> tuple[Float64Array, Float64Array]:
     """Points `index` of the two-dimensional sequences scrambled with `seed`.
 

@@ -37,7 +37,7 @@ def measure_overhead(scene: Path | None, *, rays: int = 64, chunks: int = 32) ->
     with tempfile.TemporaryDirectory() as folder:
         if scene is None:
             scene = Path(folder) / "field.ply"
-            write_ply(scene, field_with_props(620, subdivisions=2))
+            write_ply(scene, field_with_props(670, subdivisions=2))
         options = {"device": "cpu", "tracer": "embree", "rays": rays}
         result, seconds = _bake(BakeRequest(scene, Path(folder) / "result", options))
         bare = _bare_rays_per_s(result, chunks)
@@ -80,7 +80,7 @@ def _bare_rays_per_s(result: BakeResult, chunks: int) -> float:
     size = max(1, _CHUNK_RAYS // rays)
     firsts = np.linspace(0, max(0, len(samples) - size), chunks).astype(int)
     prepared = [sample_rays(world, samples, slice(int(a), min(int(a) + size, len(samples))), rays) for a in firsts]
-    arrays = [(o.astype(np.float32), d.astype(np.float32)) for o, d in prepared]
+    arrays = [(o.astype(np.float32), d.astype(np.float32)) for o, d, _ in prepared]
 
     def trace(pair: tuple[Any, Any]) -> None:
         scene.run(pair[0], pair[1], output=1)

@@ -10,7 +10,17 @@ import warp as wp
 from bake import geometry
 from bake.kernels import closest
 from bake.kernels.closest import Hit, nudged
-from bake.kernels.rays import SECOND_DIMENSION, above_face, concentric_disc, first_tangent, hash_u32, owen_sobol
+from bake.kernels.rays import (
+    GOLDEN,
+    SECOND_DIMENSION,
+    THRESHOLD,
+    above_face,
+    concentric_disc,
+    first_tangent,
+    hash_u32,
+    owen_sobol,
+    to_unit,
+)
 from bake.kernels.surface import Surface, openness_at, sample_origin
 
 wp.set_module_options({"enable_backward": False, "fast_math": False})
@@ -21,7 +31,6 @@ vec8 = wp.types.vector(length=MAX_DISTANCES, dtype=wp.float32)
 GRAZING_COSINE = wp.constant(geometry.GRAZING_COSINE)
 EDGE_BARYCENTRIC = wp.constant(geometry.EDGE_BARYCENTRIC)
 MAX_LAYERS = wp.constant(geometry.MAX_LAYERS)
-MIN_TRANSMITTANCE = wp.constant(geometry.MIN_TRANSMITTANCE)
 NEXT_AFTER = wp.constant(1.0 + 4.0 * 2.0**-24)
 TINY_STEP = wp.constant(1.0e-7)
 
@@ -78,9 +87,10 @@ def _obscurance_kernel(closest_hit: Any, leaks_at_vertices: bool) -> Any:
         seed = work.face_seed[face]
         first_seed = hash_u32(seed)
         second_seed = hash_u32(seed ^ SECOND_DIMENSION)
+        threshold_seed = hash_u32(seed ^ THRESHOLD)
         block = wp.uint32(work.index[s]) * wp.uint32(work.rays)
 
-        total = vec8()
+        blocked = vec8()
         hits = wp.int32(0)
         back_faces = wp.int32(0)
         for j in range(work.rays):
@@ -89,7 +99,9 @@ def _obscurance_kernel(closest_hit: Any, leaks_at_vertices: bool) -> Any:
             direction = disc[0] * tangent + disc[1] * bitangent + height * origin.shading_normal
             direction = above_face(direction, origin.face_normal)
 
-            through = wp.float32(1.0)  # share of the ray that is still under way
+            # A partly open face stops the rays whose threshold its transmittance falls to.
+            threshold = to_unit(threshold_seed + (block + wp.uint32(j)) * GOLDEN)
+            through = wp.float32(1.0)
             t_min = wp.float32(0.0)
             for layer in range(MAX_LAYERS):
                 hit = closest_hit(entry, scene, origin.point, direction, t_min, falloff.t_max)
@@ -101,18 +113,14 @@ def _obscurance_kernel(closest_hit: Any, leaks_at_vertices: bool) -> Any:
                     hits += 1
                     if strikes_back(surface, hit):
                         back_faces += 1
-                stopped = through * (1.0 - openness_at(surface, hit.primitive, hit.weights))
-                if through - stopped < MIN_TRANSMITTANCE or layer == MAX_LAYERS - 1:
-                    stopped = through
-                for k in range(falloff.count):
-                    # 1 - ρ, the share that the blocker takes away
-                    total[k] += stopped * wp.exp(falloff.rates[k] * hit.distance)
-                through = through - stopped
-                if through == 0.0:
+                through = through * openness_at(surface, hit.primitive, hit.weights)
+                if through <= threshold or layer == MAX_LAYERS - 1:
+                    for k in range(falloff.count):
+                        blocked[k] += wp.exp(falloff.rates[k] * hit.distance)  # 1 - ρ
                     break
                 t_min = hit.distance * NEXT_AFTER + TINY_STEP
         for k in range(falloff.count):
-            work.ao[s, k] = wp.max(0.0, 1.0 - total[k] / wp.float32(work.rays))
+            work.ao[s, k] = wp.max(0.0, 1.0 - blocked[k] / wp.float32(work.rays))
         work.hits[s] = wp.uint16(hits)
         work.back_faces[s] = wp.uint16(back_faces)
 

@@ -12,6 +12,8 @@ QUARTER_PI = wp.constant(0.7853981633974483)
 # Literals above 2^31 would pass through a signed integer on their way into the kernel.
 HASH_2 = wp.constant(wp.uint32(0x846CA68B))
 SECOND_DIMENSION = wp.constant(wp.uint32(0x9E3779B9))
+GOLDEN = wp.constant(wp.uint32(0x9E3779B9))
+THRESHOLD = wp.constant(wp.uint32(0x2545F491))
 HIGH_16 = wp.constant(wp.uint32(0xFFFF0000))
 HIGH_8 = wp.constant(wp.uint32(0xFF00FF00))
 HIGH_4 = wp.constant(wp.uint32(0xF0F0F0F0))

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from bake import geometry
-from bake.low_discrepancy import owen_sobol
+from bake.low_discrepancy import owen_sobol, thresholds
 from bake.settings import BakeSettings, Kernel
 from bake.trace.base import Hits, Tracer
 from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SampleSet, Tally, World
@@ -38,7 +38,7 @@ class TracerBrute(Tracer):
     def accumulate(self, samples: SampleSet, batch: slice, tally: Tally) -> None:
         """Traces a batch; see `Tracer.accumulate`."""
         rays = self.settings.rays
-        origins, directions = sample_rays(self.world, samples, batch, rays)
+        origins, directions, threshold = sample_rays(self.world, samples, batch, rays)
         blocked = np.zeros((len(origins), self.settings.distance_count))
         through, t_min = np.ones(len(origins)), np.zeros(len(origins))
         active = np.arange(len(origins))
@@ -51,15 +51,13 @@ class TracerBrute(Tracer):
                 tally.back_faces[batch] = back.reshape(-1, rays).sum(1)
             active = active[struck]
             distance = hits.distance[struck].astype(np.float64)
-            stopped = through[active] * (1.0 - self._openness(hits, struck))
-            last = through[active] - stopped < geometry.MIN_TRANSMITTANCE
+            through[active] *= self._openness(hits, struck)
+            stopped = through[active] <= threshold[active]
             if layer == geometry.MAX_LAYERS - 1:
-                last[:] = True
-            stopped = np.where(last, through[active], stopped)
-            blocked[active] += stopped[:, None] * self._blocked_share(distance)
-            through[active] -= stopped
+                stopped[:] = True
+            blocked[active[stopped]] = self._blocked_share(distance[stopped])
             t_min[active] = distance * (1.0 + 4.0 * 2.0**-24) + 1e-7
-            active = active[~last]
+            active = active[~stopped]
             if len(active) == 0:
                 break
         mean = blocked.reshape(-1, rays, self.settings.distance_count).mean(1)
@@ -144,8 +142,10 @@ class TracerBrute(Tracer):
         return np.exp(distance[:, None] * rates)
 
 
-def sample_rays(world: World, samples: SampleSet, batch: slice, rays: int) -> tuple[Float64Array, Float64Array]:
-    """Origins and directions of the rays of some samples, each shape (n × rays, 3), sample by sample."""
+def sample_rays(
+    world: World, samples: SampleSet, batch: slice, rays: int
+) -> tuple[Float64Array, Float64Array, Float64Array]:
+    """Origins, directions, shape (n × rays, 3) each, and thresholds, (n × rays,), of the samples' rays in order."""
     face, weights = samples.face[batch], samples.barycentric[batch].astype(np.float64)
     weights = np.concatenate([weights, 1.0 - weights.sum(1, keepdims=True)], axis=1)
     positions = geometry.as_traced(world.positions).astype(np.float64)
@@ -162,7 +162,8 @@ def sample_rays(world: World, samples: SampleSet, batch: slice, rays: int) -> tu
     seed = np.repeat(samples.face_seed[face], rays)
     u, v = owen_sobol(index.ravel(), seed)
     directions = geometry.cosine_direction(u, v, np.repeat(shading, rays, axis=0))
-    return np.repeat(origin, rays, axis=0), geometry.above_face(directions, np.repeat(normal, rays, axis=0))
+    directions = geometry.above_face(directions, np.repeat(normal, rays, axis=0))
+    return np.repeat(origin, rays, axis=0), directions, thresholds(index.ravel(), seed)
 
 
 def shading_normals(world: World, face: np.ndarray, weights: Float64Array, face_normal: Float64Array) -> Float64Array:

@@ -1,0 +1,81 @@
+"""Bakes whole folders of scenes, each in a process of its own, and tables what came of it."""
+
+from __future__ import annotations
+
+import multiprocessing
+import tempfile
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bake.bench.table import Measurements
+from bake.errors import ObscuraError
+from bake.pipeline import BakeRequest, run_bake
+from bake.types import BakeResult, VertexState
+
+SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".usd", ".usda", ".usdc", ".usdz")
+
+
+def measure_scenes(paths: Iterable[Path], options: Mapping[str, Any]) -> Measurements:
+    """One row a scene: what it holds, what the bake found, and what it cost; or why it was refused.
+
+    Args:
+        paths: Scene files, or folders that are searched for them.
+        options: Bake options by long name.
+    """
+    rows = [_isolated(scene, options) for scene in find_scenes(paths)]
+    return Measurements("scenes", rows, ["seconds: from the file to the stored result, in a fresh process"])
+
+
+def find_scenes(paths: Iterable[Path]) -> list[Path]:
+    """The scene files among and below `paths`, sorted."""
+    found: set[Path] = set()
+    for path in paths:
+        found.update([path] if path.is_file() else (p for p in path.rglob("*") if p.suffix.lower() in SUFFIXES))
+    return sorted(found)
+
+
+def _isolated(scene: Path, options: Mapping[str, Any]) -> dict[str, Any]:
+    # A fresh process a scene gives each its own peak memory, and outlives a crash.
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        try:
+            return pool.submit(bake_row, scene, options).result()
+        except BrokenProcessPool:
+            return {"scene": scene.name, "refused": "the engine died", "passed": False}
+
+
+def bake_row(scene: Path, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Bakes one scene into a temporary folder; any error outside the error tree fails the row."""
+    with tempfile.TemporaryDirectory() as folder:
+        work = run_bake(BakeRequest(scene, Path(folder) / "result", options))
+        try:
+            while True:
+                next(work)
+        except StopIteration as done:
+            return {"scene": scene.name, **_figures(done.value.result, done.value.seconds)}
+        except ObscuraError as error:
+            return {"scene": scene.name, "refused": str(error).replace(str(scene.parent), "…")}
+        except Exception as error:  # noqa: BLE001  # a crash is a result of this benchmark, not its end
+            return {"scene": scene.name, "refused": f"{type(error).__name__}: {error}", "passed": False}
+
+
+def _figures(result: BakeResult, seconds: float) -> dict[str, Any]:
+    tally, state = result.tally, result.field.state
+    trace = next(row for row in result.stages if row.name == "trace")
+    valid = tally.valid(result.settings.back_face_threshold)
+    rays = int(tally.rays.astype(np.int64).sum())
+    return {
+        "faces": result.world.face_count,
+        "samples": len(result.samples),
+        "Mrays": rays / 1e6,
+        "invalid %": 100.0 * float(np.mean(~valid)),
+        "filled vertices": int((state == VertexState.FILLED).sum()),
+        "iterations": result.field.report.iterations,
+        "seconds": seconds,
+        "Mrays/s": rays / max(trace.seconds, 1e-9) / 1e6,
+        "peak memory MB": max(row.peak_memory_mb for row in result.stages),
+    }
