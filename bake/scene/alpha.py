@@ -10,10 +10,11 @@ import math
 
 import numpy as np
 
-from bake.types import Float32Array
+from bake.types import Float32Array, Float64Array
 
 LARGEST_MAP = 2048  # texels a side; larger textures are averaged down
 SUBDIVISIONS = 4  # a face is read at the centres of 4 x 4 sub-triangles
+FACES_AT_ONCE = 1 << 16
 
 
 class TextureError(Exception):
@@ -60,33 +61,40 @@ def openness_of(alpha: Float32Array, *, cutoff: float | None) -> Float32Array:
     return _averaged(openness, factor) if factor > 1 else openness.astype(np.float32)
 
 
-def face_openness(openness: Float32Array, corner_uvs: Float32Array) -> Float32Array:
-    """Mean openness over each face's own part of the texture, shape (m,), float32, in [0, 1].
+class OpennessPyramid:
+    """An openness map with all its averaged-down levels, to be read over areas of any size."""
 
-    Leaf cards often use a small part of a shared texture, so the mean of the whole would be far off. Every face is
-    read at the centres of 16 equal sub-triangles, from the averaged-down level whose texels are about as large.
+    def __init__(self, openness: Float32Array) -> None:
+        self._levels = [openness]
+        while max(self._levels[-1].shape) > 1:
+            self._levels.append(_averaged(self._levels[-1], 2))
 
-    Args:
-        openness: Shape (h, w), wrapped by repetition, row 0 at v = 0.
-        corner_uvs: Shape (m, 3, 2).
-    """
-    pyramid = _pyramid(openness)
-    corners = np.nan_to_num(corner_uvs.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
-    edge_u, edge_v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    texels = 0.5 * np.abs(edge_u[:, 0] * edge_v[:, 1] - edge_u[:, 1] * edge_v[:, 0]) * openness.size
-    per_point = np.maximum(texels / SUBDIVISIONS**2, 1.0)
-    level = np.minimum((0.5 * np.log2(per_point)).astype(np.int64), len(pyramid) - 1)
-    result = np.zeros(len(corners), np.float32)
-    weights = _subtriangle_centres()
-    for number, texture in enumerate(pyramid):
-        faces = np.flatnonzero(level == number)
-        for part in np.array_split(faces, max(1, len(faces) // 65536)):
-            points = np.einsum("pc,mcd->mpd", weights, corners[part])
-            result[part] = _lookup(texture, points).mean(axis=1)
-    return result
+    def face_means(self, corner_uvs: Float32Array) -> Float32Array:
+        """Mean openness over each face's own part of the texture, shape (m,), float32, in [0, 1].
+
+        Leaf cards often use a small part of a shared texture, so the mean of the whole would be far off. Every face is
+        read at the centres of 16 equal sub-triangles, from the level whose texels are about as large as these.
+
+        Args:
+            corner_uvs: Shape (m, 3, 2); the map repeats beyond [0, 1].
+        """
+        corners = np.nan_to_num(corner_uvs.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
+        edge_u, edge_v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        area = 0.5 * np.abs(edge_u[:, 0] * edge_v[:, 1] - edge_u[:, 1] * edge_v[:, 0])
+        texels_per_point = np.maximum(area * self._levels[0].size / SUBDIVISIONS**2, 1.0)
+        level = np.minimum((0.5 * np.log2(texels_per_point)).astype(np.int64), len(self._levels) - 1)
+        result = np.zeros(len(corners), np.float32)
+        weights = _subtriangle_centres()
+        for number, texture in enumerate(self._levels):
+            faces = np.flatnonzero(level == number)
+            for begin in range(0, len(faces), FACES_AT_ONCE):
+                part = faces[begin : begin + FACES_AT_ONCE]
+                points = np.einsum("pc,mcd->mpd", weights, corners[part])
+                result[part] = _lookup(texture, points).mean(axis=1)
+        return result
 
 
-def _lookup(texture: Float32Array, points: np.ndarray) -> Float32Array:
+def _lookup(texture: Float32Array, points: Float64Array) -> Float32Array:
     height, width = texture.shape
     wrapped = points - np.floor(points)
     columns = np.minimum((wrapped[..., 0] * width).astype(np.int64), width - 1)
@@ -94,30 +102,23 @@ def _lookup(texture: Float32Array, points: np.ndarray) -> Float32Array:
     return texture[rows, columns]
 
 
-def _subtriangle_centres() -> np.ndarray:
+def _subtriangle_centres() -> Float64Array:
     """Barycentric weights of the centres of SUBDIVISIONS² equal sub-triangles, shape (p, 3)."""
-    n, centres = SUBDIVISIONS, []
-    for i in range(n):
-        for j in range(n - i):
-            centres.append(((i + 1 / 3) / n, (j + 1 / 3) / n))
-            if j < n - i - 1:
-                centres.append(((i + 2 / 3) / n, (j + 2 / 3) / n))
-    first, second = np.array(centres).T
+    n = SUBDIVISIONS
+    upright = [((i + 1 / 3) / n, (j + 1 / 3) / n) for i in range(n) for j in range(n - i)]
+    inverted = [((i + 2 / 3) / n, (j + 2 / 3) / n) for i in range(n) for j in range(n - i - 1)]
+    first, second = np.array(upright + inverted).T
     return np.stack((1.0 - first - second, first, second), axis=1)
 
 
-def _pyramid(texture: Float32Array) -> list[Float32Array]:
-    levels = [texture]
-    while max(levels[-1].shape) > 1:
-        levels.append(_averaged(levels[-1], 2))
-    return levels
-
-
 def _averaged(texture: Float32Array, factor: int) -> Float32Array:
-    """`texture` shrunk by `factor`; texels at the far border that do not fill a block repeat the last row or column."""
+    """`texture` shrunk by `factor`; blocks that reach over the far border repeat the last row or column."""
     height, width = texture.shape
-    down = (-height % factor if height > 1 else 0, -width % factor if width > 1 else 0)
-    padded = np.pad(texture, ((0, down[0]), (0, down[1])), mode="edge")
-    rows, columns = (min(factor, height), min(factor, width))
-    shape = (padded.shape[0] // rows, rows, padded.shape[1] // columns, columns)
-    return padded.reshape(shape).mean(axis=(1, 3), dtype=np.float32)
+    rows, columns = min(factor, height), min(factor, width)
+    if height % rows or width % columns:
+        texture = np.pad(texture, ((0, -height % rows), (0, -width % columns)), mode="edge")
+    total = np.zeros((texture.shape[0] // rows, texture.shape[1] // columns), np.float32)
+    for row in range(rows):
+        for column in range(columns):
+            total += texture[row::rows, column::columns]
+    return total / np.float32(rows * columns)

@@ -20,11 +20,12 @@ class ContentHasher:
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self._meshes: dict[int, bytes] = {}
+        self._materials: dict[int, bytes] = {}
 
     def object_hash(self, item: SceneObject) -> str:
         """Hex hash of an object's geometry, transform, role, keys and materials."""
         if item.mesh not in self._meshes:
-            self._meshes[item.mesh] = _mesh_digest(self._scene.meshes[item.mesh], self._scene.materials)
+            self._meshes[item.mesh] = self._mesh_digest(self._scene.meshes[item.mesh])
         said = repr((item.role.value, item.keys))
         return _digest(self._meshes[item.mesh], item.transform.tobytes(), said.encode()).hex()
 
@@ -33,6 +34,17 @@ class ContentHasher:
         """Hex hash of a ground plane by its place in the world."""
         return _digest(b"ground", (corners + origin).tobytes()).hex()
 
+    def _mesh_digest(self, mesh: Mesh) -> bytes:
+        used, local = np.unique(mesh.face_material, return_inverse=True)
+        arrays = (mesh.positions, mesh.normals, mesh.faces, local.astype(np.int32), mesh.uvs)
+        parts = [b"" if array is None else np.ascontiguousarray(array).tobytes() for array in arrays]
+        return _digest(*parts, *(self._material_digest(index) for index in used.tolist()))
+
+    def _material_digest(self, index: int) -> bytes:
+        if index not in self._materials:
+            self._materials[index] = _material_digest(self._scene.materials[index])
+        return self._materials[index]
+
 
 def _digest(*parts: bytes) -> bytes:
     digest = hashlib.blake2b(digest_size=DIGEST_BYTES)
@@ -40,13 +52,6 @@ def _digest(*parts: bytes) -> bytes:
         digest.update(len(part).to_bytes(8, "little"))
         digest.update(part)
     return digest.digest()
-
-
-def _mesh_digest(mesh: Mesh, materials: tuple[Material, ...]) -> bytes:
-    used, local = np.unique(mesh.face_material, return_inverse=True)
-    arrays = (mesh.positions, mesh.normals, mesh.faces, local.astype(np.int32), mesh.uvs)
-    parts = [b"" if array is None else np.ascontiguousarray(array).tobytes() for array in arrays]
-    return _digest(*parts, *(_material_digest(materials[index]) for index in used))
 
 
 def _material_digest(material: Material) -> bytes:

@@ -257,7 +257,7 @@ class MeshReader:
             path,
             "no-texture-coordinates",
             1,
-            f"The alpha texture of {self.materials[material].name} counts by its mean: there are no coordinates for it.",
+            f"The alpha texture of {self.materials[material].name} counts by its mean: it has no coordinates.",
         )
         return self._variants[material]
 

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from bake.scene.content_hash import ContentHasher
 from bake.settings import Ground
-from bake.types import Float64Array
+from bake.types import Float64Array, ObjectKeys, Role, World
 
 GROUND_PATH = "ground"
 QUAD_FACES = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
@@ -41,3 +46,41 @@ def ground_quad(ground: Ground, minimum: Float64Array, maximum: Float64Array) ->
     normal = np.zeros(3)
     normal[axis] = sign
     return corners, normal
+
+
+def with_ground(world: World, ground: Ground, minimum: Float64Array, maximum: Float64Array) -> World:
+    """`world` with the ground plane as its last object.
+
+    Args:
+        world: Without a ground.
+        ground: Side, size and distance.
+        minimum, maximum: Shape (3,): the scene's box, relative to the world's origin.
+    """
+    corners, normal = ground_quad(ground, minimum, maximum)
+    path = GROUND_PATH
+    while path in world.object_paths:
+        path += "#"
+    number, two = world.object_count, len(QUAD_FACES)
+
+    def extended(array: NDArray[Any], value: float) -> NDArray[Any]:
+        return np.concatenate((array, np.full(two, value, array.dtype)))
+
+    return replace(
+        world,
+        positions=np.concatenate((world.positions, corners)),
+        normals=np.concatenate((world.normals, np.tile(normal, (4, 1)).astype(np.float32))),
+        faces=np.concatenate((world.faces, QUAD_FACES + np.int32(world.vertex_count))),
+        face_object=extended(world.face_object, number),
+        face_casts=extended(world.face_casts, True),
+        face_samples=extended(world.face_samples, False),
+        face_two_sided=extended(world.face_two_sided, True),
+        face_openness=extended(world.face_openness, 0.0),
+        first_vertex=np.append(world.first_vertex, world.vertex_count + 4),
+        first_face=np.append(world.first_face, world.face_count + two),
+        object_paths=(*world.object_paths, path),
+        object_roles=(*world.object_roles, Role.BLOCKER),
+        object_keys=(*world.object_keys, ObjectKeys(two_sided=True)),
+        object_hash=(*world.object_hash, ContentHasher.ground_hash(world.origin, corners)),
+        vertex_uv=None if world.vertex_uv is None else np.concatenate((world.vertex_uv, np.zeros((4, 2), np.float32))),
+        face_texture=None if world.face_texture is None else extended(world.face_texture, -1),
+    )
