@@ -183,6 +183,6 @@ def _store(level: Level) -> None:
     _put(level, "RoomD/Shelf", "Shared/Shelf", 3.0, 5.704, 180.0)
     random = Random(402)
     for i in range(4):
-        sack = boulder(3, (0.34, 0.26, 0.28), 0.12, 60 + i)
+        sack = boulder(2, (0.34, 0.26, 0.28), 0.12, 60 + i)
         place = (2.0 + 0.55 * i, FLOOR + 0.2 + 0.02 * random.number(0, 1), 3.4 + 0.1 * (i % 2))
         level.place(f"House/RoomD/Sack_{i + 1}", (shaded(sack, "Linen", crease=80.0),), translation=place)

@@ -17,7 +17,7 @@ import numpy as np
 
 from assets.sample_level.cells import SOLID, Block, surfaces
 from assets.sample_level.level import Level, turned
-from assets.sample_level.mesh import Part, Points, Solid, joined, merged, shaded
+from assets.sample_level.mesh import Part, Points, Solid, faces_where, joined, merged, painted, shaded
 from assets.sample_level.shapes import box, graded, graded_between, lattice, warped
 
 FLOOR, CEILING, ROOF = 0.2, 3.0, 3.25
@@ -72,12 +72,12 @@ def add_house(level: Level) -> None:
     for (space, side), solid in surfaces(_blocks(), "Outside", 0.55, 0.2).items():
         if space == "Outside":
             if side == "walls":
-                level.place("House/Exterior/Facade", _painted(solid, "Stone", "Brick", 0.6))
+                level.place("House/Exterior/Facade", painted(solid, "Stone", "Brick", 0.6))
             elif side == "floor":  # the main body's top lies under the roof and stays away
-                corridor_top = _faces_where(solid, lambda centre: centre[:, 0] > 9.0)
+                corridor_top = faces_where(solid, lambda centre: centre[:, 0] > 9.0)
                 level.place("House/Exterior/CorridorRoof", (shaded(corridor_top, "Tiles"),))
         elif side == "walls":
-            level.place(f"House/{space}/Walls", _painted(solid, "DarkWood", "Plaster", FLOOR + 0.14))
+            level.place(f"House/{space}/Walls", painted(solid, "DarkWood", "Plaster", FLOOR + 0.14))
         else:
             floor = {"RoomB": "Paving", "Corridor": "Paving"}.get(space, "Boards")
             part = shaded(solid, floor if side == "floor" else "Plaster")
@@ -95,18 +95,6 @@ def add_house(level: Level) -> None:
     level.place("House/Exterior/CorridorStep", (shaded(ramp, "Stone"),))
     for name, (_, x0, z0, x1, z1, sill, head) in WINDOWS.items():
         _add_window(level, name, (x0, z0, x1, z1), sill, head)
-
-
-def _faces_where(solid: Solid, keep) -> Solid:
-    return Solid(solid.positions, solid.faces[keep(solid.positions[solid.faces].mean(axis=1))])
-
-
-def _painted(solid: Solid, below: str, above: str, height: float) -> tuple[Part, ...]:
-    """Two materials, the lower one for the faces whose middle lies under `height`; the mesh lines decide the border."""
-    return (
-        shaded(_faces_where(solid, lambda centre: centre[:, 1] < height), below),
-        shaded(_faces_where(solid, lambda centre: centre[:, 1] >= height), above),
-    )
 
 
 def _add_diagonal_wall(level: Level) -> None:

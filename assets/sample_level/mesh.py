@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -116,6 +117,26 @@ def shaded(solid: Solid, material: str, *, crease: float = 35.0) -> Part:
         np.column_stack([corner_vertex, rough]), axis=0, return_index=True, return_inverse=True
     )
     return Part(solid.positions[keys[:, 0]], sums[index], inverse.reshape(-1, 3), material)
+
+
+def faces_where(solid: Solid, keep: Callable[[Points], NDArray[np.bool_]]) -> Solid:
+    """The faces whose middles, shape (m, 3), `keep` says True for."""
+    return Solid(solid.positions, solid.faces[keep(solid.positions[solid.faces].mean(axis=1))])
+
+
+def painted(solid: Solid, below: str, above: str, height: float, *, crease: float = 35.0) -> tuple[Part, ...]:
+    """Two materials: `below` for the faces whose middle lies under `height`, `above` for the others.
+
+    Normals don't see the border: they are those of the whole.
+    """
+    whole = shaded(solid, "", crease=crease)
+    low = whole.positions[whole.faces].mean(axis=1)[:, 1] < height
+    return tuple(_only(whole, faces, name) for faces, name in ((low, below), (~low, above)) if faces.any())
+
+
+def _only(part: Part, keep: NDArray[np.bool_], material: str) -> Part:
+    used, faces = np.unique(part.faces[keep], return_inverse=True)
+    return Part(part.positions[used], part.normals[used], faces.reshape(-1, 3), material)
 
 
 def with_normals(solid: Solid, normals: Points, material: str, uvs: Points | None = None) -> Part:

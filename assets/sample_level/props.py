@@ -119,7 +119,7 @@ def _colonnade(level: Level) -> None:
         for i in range(4)
     ]
     ground = Block(SOLID, (-5.2, -0.5, -4.0), (5.2, 0.05, 4.0))
-    stages = joined(*surfaces([ground, *stages[1:]], "Outside", 0.5, 0.2).values())
+    stages = joined(*surfaces([ground, *stages[1:]], "Outside", 0.7, 0.28).values())
     level.place("Colonnade/Steps", (shaded(stages, "Stone"),), translation=(31.0, 0.75, -20.0))
     level.meshes["Shared/Column"] = (_column(),)
     for i in range(6):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from assets.sample_level.level import Level
-from assets.sample_level.mesh import Points, joined, shaded, welded
+from assets.sample_level.mesh import Points, Solid, shaded, welded
 from assets.sample_level.randomness import value_noise
 from assets.sample_level.shapes import graded_between, height_field, sheet
 
@@ -43,40 +43,51 @@ def height_at(x: float, z: float) -> float:
 
 def add_terrain(level: Level) -> None:
     """Ground, plain and mountains."""
-    xs = graded_between([-HALF, -11.0, -6.0, 0.0, 9.0, 15.5, 20.5, 48.5, HALF], 2.0, 0.75)
-    zs = graded_between([-HALF, -25.0, -15.0, -7.0, 0.0, 7.0, 27.0, 33.0, HALF], 2.0, 0.75)
+    xs = graded_between([-HALF, -11.0, -5.0, 0.0, 5.0, 10.0, 15.5, 20.0, 24.0, 29.0, 34.0, 38.0, 48.5, HALF], 2.0, 0.6)
+    zs = graded_between([-HALF, -25.0, -20.0, -15.0, -7.0, -2.0, 3.0, 8.0, 26.5, 30.5, 34.5, HALF], 2.0, 0.6)
     level.place("Terrain/Ground", (shaded(height_field(xs, zs, ground_height), "Grass", crease=80.0),))
     level.place("Backdrop/Plain", (shaded(_plain(), "Meadow", crease=80.0),))
     level.place("Backdrop/Mountains", (shaded(_mountains(), "Rock", crease=28.0),))
 
 
-def _plain():
-    """Rings from the square edge of the ground out to the foot of the mountains."""
+def _square_edge() -> Points:
+    """Twelve points a side along the edge of the detailed ground and the first one again, shape (49, 3)."""
     side = np.linspace(-HALF, HALF, 13)[:-1]
-    square = [(s, -HALF) for s in side] + [(HALF, s) for s in side] + [(-s, HALF) for s in side]
-    inner = np.array(square + [(-HALF, -s) for s in side])
-    angles = np.arctan2(inner[:, 1], inner[:, 0])
-    rings = [np.stack([inner[:, 0], np.zeros(len(inner)), inner[:, 1]], axis=1)]
-    for radius, drop in ((110.0, -2.0), (190.0, -5.0), (330.0, -8.0), (580.0, -6.0), (1010.0, -2.0)):
-        flat = np.stack([radius * np.cos(angles), np.zeros(len(angles)), radius * np.sin(angles)], axis=1)
-        flat[:, 1] = drop + 0.012 * radius * value_noise(flat / 90.0, 21)
-        rings.append(flat)
-    points = np.stack([np.concatenate([ring, ring[:1]]) for ring in rings])
-    return welded(sheet(points).flipped())
+    corner = np.full(12, HALF)
+    x = np.concatenate([side, corner, -side, -corner, side[:1]])
+    z = np.concatenate([-corner, side, corner, -side, -corner[:1]])
+    return np.stack([x, np.zeros(49), z], axis=1)
 
 
-def _mountains():
+def _ring(radius: float) -> Points:
+    """The directions of the square's points, at one distance and height 0, shape (49, 3)."""
+    edge = _square_edge()
+    return edge * (radius / np.hypot(edge[:, 0], edge[:, 2]))[:, None]
+
+
+def _plain_ring(radius: float, height: float) -> Points:
+    ring = _ring(radius)
+    ring[:, 1] = height + 0.012 * radius * value_noise(ring / 90.0, 21)
+    return ring
+
+
+_FOOT = (1000.0, -2.0)  # where the plain ends and the mountains begin: distance and mean height
+
+
+def _plain() -> Solid:
+    """Rings from the square edge of the ground out to the foot of the mountains."""
+    rings = [(110.0, -2.0), (190.0, -5.0), (330.0, -8.0), (580.0, -6.0), _FOOT]
+    return welded(sheet(np.stack([_square_edge(), *(_plain_ring(*ring) for ring in rings)])).flipped())
+
+
+def _mountains() -> Solid:
     """Large triangles from 1 to 3 km: foothills, a broken ridge at about 2.2 km, and its far side."""
-    angles = np.arange(49) * (2 * np.pi / 48)
-    rows = []
-    profile = ((1000.0, -30.0), (1300.0, 60.0), (1650.0, 190.0), (2200.0, 430.0), (2600.0, 210.0), (3000.0, -60.0))
-    for i, (radius, height) in enumerate(profile):
-        place = np.stack([np.cos(angles), np.full(49, i * 0.7), np.sin(angles)], axis=1)
-        place[-1] = place[0]
-        ripple = value_noise(place * (4.0, 1.0, 4.0) + 9.0, 31)
-        inside = 0 < i < len(profile) - 1
-        far = radius + (120.0 * value_noise(place * (5.0, 1.0, 5.0), 32) if inside else 0.0)
-        up = height * (1.0 + 0.55 * ripple) if inside else np.full(49, height)
-        rows.append(np.stack([far * np.cos(angles), up, far * np.sin(angles)], axis=1))
-        rows[-1][-1] = rows[-1][0]
-    return welded(joined(sheet(np.stack(rows)).flipped()))
+    rows = [_plain_ring(*_FOOT)]
+    for i, (radius, height) in enumerate(((1300.0, 60.0), (1650.0, 190.0), (2200.0, 430.0), (2600.0, 210.0))):
+        place = _ring(1.0) + np.array([0.0, 0.7 * i, 0.0])
+        far = _ring(1.0) * (radius + 120.0 * value_noise(place * (5.0, 1.0, 5.0), 32))[:, None]
+        far[:, 1] = height * (1.0 + 0.55 * value_noise(place * (4.0, 1.0, 4.0) + 9.0, 31))
+        rows.append(far)
+    outer = _ring(3000.0)
+    outer[:, 1] = -60.0
+    return welded(sheet(np.stack([*rows, outer])).flipped())
