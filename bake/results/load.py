@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from bake.errors import ResultError
 from bake.results.arrays import SPECS, ArraySpec, read_array
-from bake.results.manifest import Manifest, read_manifest
+from bake.results.manifest import MANIFEST_FILE, Manifest, read_manifest
 from bake.types import BakeResult, Float32Array, SampleSet, Tally, VertexField, World
 
-_ATTEMPTS = 5
+_ATTEMPTS = 20
 
 
 def load_result(folder: Path, *, verify: bool = True) -> BakeResult:
@@ -30,23 +30,25 @@ def load_result(folder: Path, *, verify: bool = True) -> BakeResult:
     Raises:
         ResultError: no result, another schema version, or damaged; the message names the file.
     """
-    manifest = read_manifest(folder)
     for _ in range(_ATTEMPTS):
+        version = _version(folder)
+        manifest = read_manifest(folder)
         try:
-            arrays = _read_arrays(folder, manifest, verify=verify)
-            break
+            return _assemble(folder, manifest, _read_arrays(folder, manifest, verify=verify))
         except FileNotFoundError as error:
-            latest = read_manifest(folder)
-            if latest == manifest:
-                raise _missing(error) from error
-            manifest = latest  # a bake replaced the result while we were reading
-    else:
-        raise ResultError("is being rewritten without pause", where=str(folder), remedy="try again later")
-    return _assemble(folder, manifest, arrays)
+            if _version(folder) == version:
+                raise ResultError("is missing", where=str(error.filename), remedy="bake again") from error
+            # else a bake replaced the result while we were reading
+    raise ResultError("is being rewritten without pause", where=str(folder), remedy="try again later")
 
 
-def _missing(error: FileNotFoundError) -> ResultError:
-    return ResultError("is missing", where=str(error.filename), remedy="bake again")
+def _version(folder: Path) -> tuple[int, int]:
+    """What changes with every commit, even one of the same content."""
+    try:
+        status = (folder / MANIFEST_FILE).stat()
+    except OSError:
+        return (0, 0)
+    return (status.st_ino, status.st_mtime_ns)
 
 
 def _read_arrays(folder: Path, manifest: Manifest, *, verify: bool) -> dict[str, NDArray[Any]]:
