@@ -217,6 +217,7 @@ class SolveReport:
         limited_edges: Edges whose regulariser was bounded against the local mass.
         bounded: Vertices whose value sits at 0 or 1 because of the bounds, per distance.
         rmse: Shape (k,): root of the area-weighted mean square of (interpolated value - sample), valid samples.
+        averaged: Unknowns that keep their weighted average because their component did not converge.
     """
 
     unknowns: int
@@ -226,6 +227,7 @@ class SolveReport:
     limited_edges: int
     bounded: tuple[int, ...]
     rmse: tuple[float, ...]
+    averaged: int = 0
 
 
 @dataclass(frozen=True, slots=True)

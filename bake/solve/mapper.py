@@ -1,0 +1,218 @@
+"""From sample values to vertex values: what the pipeline and the window call."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+import numpy as np
+
+from bake.errors import SolveError
+from bake.settings import BakeSettings, MappingKind
+from bake.solve.average import weighted_average
+from bake.solve.conjugate_gradient import BoxSolver
+from bake.solve.mass import FaceMoments, at_corners, face_moments, right_hand_side
+from bake.solve.regulariser import operators
+from bake.solve.surface import build_surface
+from bake.solve.system import System, build_system
+from bake.types import (
+    BoolArray,
+    Float32Array,
+    Float64Array,
+    SampleSet,
+    SolveReport,
+    VertexField,
+    VertexState,
+    World,
+)
+
+logger = logging.getLogger(__name__)
+
+TOLERANCE = 1e-7
+"""Relative projected residual at which a component counts as solved."""
+
+ACCEPTABLE = 1e-4
+"""Relative residual up to which a component that ran out of iterations is kept; beyond it falls back to the average."""
+
+MOST_ITERATIONS = 200
+
+
+class VertexMapper:
+    """Maps samples of one scene to its vertices, as often as values, validity or smoothing change.
+
+    Welding, edges and butterflies are found once, on construction; sums over the samples are kept as long as values and
+    validity stay, so that a new alpha costs just the assembly and the solve.
+
+    Args:
+        world: The flattened scene.
+        samples: Where AO was estimated.
+        settings: `weld_instances` and `crease_angle` decide the surface; `mapping` and `alpha` are defaults of `solve`.
+    """
+
+    def __init__(self, world: World, samples: SampleSet, settings: BakeSettings) -> None:
+        self._world = world
+        self._samples = samples
+        self._settings = settings
+        self.surface = build_surface(world, crease_angle=settings.crease_angle, weld_instances=settings.weld_instances)
+        self._operator = operators(self.surface)
+        self._summed: tuple[Float32Array, BoolArray, FaceMoments] | None = None
+
+    def system(self, ao: Float32Array, valid: BoolArray, *, alpha: float | None = None) -> System:
+        """The linear system behind `solve`, for those who explain its values.
+
+        Args:
+            ao: Shape (n, k), float32, in [0, 1].
+            valid: Shape (n,), bool.
+            alpha: Smoothing; the settings' if None. Objects with their own keep it.
+        """
+        return build_system(self.surface, self._moments(ao, valid), self._operator, self._face_alpha(alpha))
+
+    def solve(
+        self,
+        ao: Float32Array,
+        valid: BoolArray,
+        *,
+        alpha: float | None = None,
+        mapping: MappingKind | None = None,
+        on_progress: Callable[[str, float], None] | None = None,
+    ) -> VertexField:
+        """Values at the vertices.
+
+        Args:
+            ao: Shape (n, k), float32, in [0, 1]: AO of the samples.
+            valid: Shape (n,), bool: samples to use.
+            alpha: Smoothing; the settings' if None. Objects with their own keep it.
+            mapping: Least squares or weighted average; the settings' if None.
+            on_progress: Told the step and the share done, in [0, 1].
+
+        Raises:
+            SolveError: a value that should be used is not finite.
+        """
+        tell = on_progress or (lambda step, share: None)
+        if not np.isfinite(ao[valid]).all():
+            raise SolveError("a valid sample has no finite AO", where="samples", remedy="trace the scene again")
+        tell("assemble", 0.0)
+        moments = self._moments(ao, valid)
+        if (mapping or self._settings.mapping) is MappingKind.AVERAGE:
+            mass = at_corners(self.surface, moments.mass)
+            values, starved = weighted_average(self.surface, mass, right_hand_side(self.surface, moments))
+            iterations, residual, limited, averaged = 0, 0.0, 0, 0
+        else:
+            system = build_system(self.surface, moments, self._operator, self._face_alpha(alpha))
+            starved, limited = system.starved, system.limited
+            values, iterations, residual, averaged = self._least_squares(system, tell)
+        tell("done", 1.0)
+        return self._field(values, starved, moments, iterations, residual, limited, averaged)
+
+    def _least_squares(
+        self, system: System, tell: Callable[[str, float], None]
+    ) -> tuple[Float64Array, int, float, int]:
+        first = self.surface.first
+        values = system.average.copy()
+        if not len(values):
+            return values, 0, 0.0, 0
+        tell("solve", 0.3)
+        solver = BoxSolver(system.matrix, first)
+        columns = values.shape[1]
+        iterations, residual = 0, 0.0
+        failed = np.zeros(len(first) - 1, np.bool_)
+        for k in range(columns):
+            solution = solver.solve(
+                system.rhs[:, k], system.average[:, k], tolerance=TOLERANCE, most_iterations=MOST_ITERATIONS
+            )
+            values[:, k] = solution.x
+            iterations = max(iterations, solution.iterations)
+            bad = ~solution.converged & ~(solution.residual <= ACCEPTABLE)
+            residual = max(residual, float(np.where(bad, 0.0, solution.residual).max(initial=0.0)))
+            failed |= bad
+            tell("solve", 0.3 + 0.7 * (k + 1) / columns)
+        back = np.repeat(failed, np.diff(first))
+        if back.any():
+            logger.warning("%d components did not converge and keep their average", int(failed.sum()))
+            values[back] = system.average[back]
+        return values, iterations, residual, int(np.count_nonzero(back))
+
+    def _field(
+        self,
+        values: Float64Array,
+        starved: BoolArray,
+        moments: FaceMoments,
+        iterations: int,
+        residual: float,
+        limited: int,
+        averaged: int,
+    ) -> VertexField:
+        surface = self.surface
+        baked = surface.unknown >= 0
+        own = surface.unknown[baked]
+        ao = np.full((len(surface.unknown), values.shape[1]), np.nan, np.float32)
+        ao[baked] = values[own]
+        state = np.full(len(ao), VertexState.NOT_BAKED, np.uint8)
+        state[~surface.referenced] = VertexState.UNREFERENCED
+        state[baked] = np.where(starved[own], VertexState.FILLED, VertexState.BAKED)
+        at_bound = (values <= 0.0) | (values >= 1.0)
+        report = SolveReport(
+            unknowns=surface.unknown_count,
+            components=len(surface.first) - 1,
+            iterations=iterations,
+            residual=residual,
+            limited_edges=limited,
+            bounded=tuple(int(n) for n in at_bound[own].sum(axis=0)),
+            rmse=_rmse(surface.corners, values, moments),
+            averaged=averaged,
+        )
+        return VertexField(ao, state, report)
+
+    def _moments(self, ao: Float32Array, valid: BoolArray) -> FaceMoments:
+        kept = self._summed
+        if kept is not None and kept[0] is ao and np.array_equal(kept[1], valid):
+            return kept[2]
+        moments = face_moments(self.surface, self._samples, ao, valid)
+        self._summed = (ao, valid.copy(), moments)
+        return moments
+
+    def _face_alpha(self, alpha: float | None) -> Float64Array:
+        common = self._settings.alpha if alpha is None else alpha
+        per_object = [common if keys.alpha is None else keys.alpha for keys in self._world.object_keys]
+        return np.array(per_object, np.float64)[self.surface.owner]
+
+
+def map_to_vertices(
+    world: World,
+    samples: SampleSet,
+    ao: Float32Array,
+    valid: BoolArray,
+    settings: BakeSettings,
+    *,
+    on_progress: Callable[[str, float], None] | None = None,
+) -> VertexField:
+    """Maps samples to vertices once; see `VertexMapper` for repeated solves.
+
+    Args:
+        world: The flattened scene.
+        samples: Where AO was estimated.
+        ao: Shape (n, k), float32, in [0, 1].
+        valid: Shape (n,), bool: samples to use.
+        settings: Mapping, alpha, welding.
+        on_progress: Told the step and the share done, in [0, 1].
+
+    Raises:
+        SolveError: a value that should be used is not finite.
+    """
+    if on_progress is not None:
+        on_progress("weld", 0.0)
+    return VertexMapper(world, samples, settings).solve(ao, valid, on_progress=on_progress)
+
+
+def _rmse(corners: np.ndarray, values: Float64Array, moments: FaceMoments) -> tuple[float, ...]:
+    """Root of the area-weighted mean square of (interpolated value - sample), from the faces' sums."""
+    total = float(moments.mass.sum())
+    if total <= 0.0:
+        return (0.0,) * values.shape[1]
+    errors: list[float] = []
+    for k in range(values.shape[1]):
+        x = values[:, k][corners]
+        square = (moments.square * x * x + 2.0 * moments.mixed * x * np.roll(x, -1, axis=1)).sum()
+        error = square - 2.0 * (moments.value[:, :, k] * x).sum() + moments.value_square[:, k].sum()
+        errors.append(float(np.sqrt(max(error, 0.0) / total)))
+    return tuple(errors)

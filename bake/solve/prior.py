@@ -1,0 +1,115 @@
+"""How far the samples around a vertex are to be trusted against their own average.
+
+With few and noisy samples the least squares slope inside a face is mostly noise. The prior pulls a vertex towards its
+weighted average x̄ with the weight r m (m the lumped mass):
+
+    (M + diag(r m)) x = b + r m x̄ = (1 + r) b,
+
+which mixes the consistent with the lumped mass matrix: r = 0 is least squares, r → ∞ the weighted average.
+
+The strength is the noise-to-signal ratio of the slopes, measured where the vertex is (empirical Bayes). A plane fitted
+to the n samples of a face splits their scatter into the part S that the plane explains (2 degrees of freedom) and the
+rest E (n - 3): with σ² the variance of a sample about the plane and τ² that of the true slope,
+
+    E[S / 2] = σ² + n τ²,    E[E / (n - 3)] = σ²,
+
+so F = (S / 2) / (E / (n - 3)), pooled over the faces around the vertex, tells n τ² / σ² = F - 1. For the slope of a
+triangle M has the weight 1/12 and the lumped mass 4/12, so that r m adds 3 r per unit of data: the optimal shrinkage
+1 / (1 + σ² / (n τ²)) is reached at r = 1 / (3 (F - 1)). Samples without noise give r = 0 and lose nothing; half as
+many samples give r twice as large.
+
+References: James and Stein 1961 and Efron and Morris 1973 for shrinkage by the F ratio.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bake.solve.mass import FaceMoments, at_corners
+from bake.solve.surface import Surface
+from bake.types import Float64Array
+
+STRONGEST = 2.0
+"""Bound on r: by then two thirds of the way to the weighted average."""
+
+POOLED_FACES = 16.0
+"""How many faces' worth of the scene's mean scatter join those around a vertex, which alone are too few."""
+
+UNKNOWN_NOISE = 0.4
+"""r times samples per face where no face has the four samples that show their noise; typical of real levels."""
+
+UNDETERMINED = 0.02
+"""Least r of a vertex whose faces have too few samples to fix three corners."""
+
+FULL_FROM_ALPHA = 0.01
+"""The prior grows with alpha up to here: alpha = 0 asks for the plain least squares fit."""
+
+
+def prior_strength(surface: Surface, moments: FaceMoments, alpha: Float64Array) -> Float64Array:
+    """r at every unknown, shape (u,), float64, in [0, STRONGEST].
+
+    Args:
+        surface: The welded surface.
+        moments: Sums of the valid samples.
+        alpha: Shape (u,), float64: alpha at each unknown.
+    """
+    count = _mean_count(surface, moments)
+    noise = _slope_noise(surface, moments) / np.maximum(count, 1.0)
+    shrinkage = np.minimum(noise, STRONGEST) * np.minimum(1.0, alpha / FULL_FROM_ALPHA)
+    return np.maximum(shrinkage, UNDETERMINED * np.clip(4.0 - count, 0.0, 1.0))
+
+
+def _mean_count(surface: Surface, moments: FaceMoments) -> Float64Array:
+    """Valid samples on a face, mean over the faces around each unknown that have any, shape (u,)."""
+    total = at_corners(surface, np.repeat(moments.count[:, None], 3, axis=1))
+    faces = at_corners(surface, np.repeat((moments.count > 0).astype(np.float64)[:, None], 3, axis=1))
+    return total / np.maximum(faces, 1.0)
+
+
+def _slope_noise(surface: Surface, moments: FaceMoments) -> Float64Array:
+    """σ² / (3 τ²) at every unknown: r times the number of samples on a face, shape (u,)."""
+    explained, rest, freedom, usable = _scatter(moments)
+    if freedom.sum() <= 0:
+        return np.full(surface.unknown_count, UNKNOWN_NOISE)
+    usable_count = np.where(usable, moments.count, 0.0)
+
+    def pooled(per_face: Float64Array) -> Float64Array:
+        around = at_corners(surface, np.repeat(per_face[:, None], 3, axis=1))
+        return around + POOLED_FACES * per_face.sum() / usable.sum()
+
+    variance = pooled(rest) / pooled(freedom)
+    signal = pooled(explained) / 2.0 - variance * pooled(usable.astype(np.float64))
+    per_sample = signal / pooled(usable_count)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        noise = np.where(variance > 0, variance / (3.0 * per_sample), 0.0)
+    # no slope beyond what noise explains: nothing speaks against the average
+    return np.where((per_sample > 0) | (variance <= 0), noise, np.inf)
+
+
+def _scatter(moments: FaceMoments) -> tuple[Float64Array, Float64Array, Float64Array, np.ndarray]:
+    """Explained and remaining squares of a plane fitted to each face's samples, summed over the distances.
+
+    Returns:
+        S, E and E's degrees of freedom, shape (m,); and on which faces they could be had, shape (m,), bool.
+    """
+    total = moments.mass.sum(axis=1)
+    share = np.where(moments.count > 0, moments.count / np.where(total > 0, total, 1.0), 0.0)
+    p, q, r = (moments.square * share[:, None]).T
+    pq, qr, rp = (moments.mixed * share[:, None]).T
+    # adjugate of the symmetric 3 × 3 moment matrix
+    a, b, c = q * r - qr * qr, r * p - rp * rp, p * q - pq * pq
+    ab, bc, ca = qr * rp - pq * r, rp * pq - qr * p, pq * qr - rp * q
+    determinant = p * a + pq * ab + rp * ca
+    usable = (moments.count >= 4) & (determinant > 1e-5 * moments.count**3)
+    inverse = np.where(usable, 1.0 / np.where(usable, determinant, 1.0), 0.0)
+    columns = moments.value.shape[2]
+    explained, rest = np.zeros(len(total)), np.zeros(len(total))
+    for k in range(columns):
+        u, v, w = (moments.value[:, :, k] * share[:, None]).T
+        fitted = inverse * (a * u * u + b * v * v + c * w * w + 2.0 * (ab * u * v + bc * v * w + ca * w * u))
+        mean_square = (u + v + w) ** 2 / np.maximum(moments.count, 1.0)
+        explained += np.where(usable, np.maximum(fitted - mean_square, 0.0), 0.0)
+        rest += np.where(usable, np.maximum(moments.value_square[:, k] * share - fitted, 0.0), 0.0)
+    # sums over columns keep the degrees of freedom of one column, so that their ratio is that of the mean column
+    freedom = np.where(usable, moments.count - 3.0, 0.0)
+    return explained, rest, freedom, usable

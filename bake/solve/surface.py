@@ -1,0 +1,148 @@
+"""The welded surface that values are solved on: unknowns, faces, edges, components and the matrix pattern.
+
+None of it depends on the samples' values, on their validity or on alpha, so one `Surface` serves every solve of a
+scene. Unknowns are numbered component by component.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
+
+from bake.solve.butterflies import Butterflies, find_edges, unfold
+from bake.solve.weld import weld_vertices
+from bake.types import BoolArray, Float64Array, Int64Array, World
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """What all solves of a scene share.
+
+    Attributes:
+        unknown: Shape (n,), int64: the unknown of each vertex, -1 where it has none.
+        referenced: Shape (n,), bool: a face uses the vertex.
+        row: Shape (world faces,), int64: row of a face in `corners`, -1 if its object receives nothing.
+        corners: Shape (m, 3), int64: unknowns of each receiving face.
+        area: Shape (m,), float64, m².
+        owner: Shape (m,), int32: object of each receiving face.
+        position: Shape (u, 3), float64, metres.
+        first: Shape (c + 1,), int64: component i owns unknowns `first[i]:first[i + 1]`.
+        face_edge: Shape (m, 3), int64: edge of corners (0, 1), (1, 2), (2, 0); -1 where the two are one unknown.
+        edges: Shape (e, 2), int64: unknowns of each edge, both ends in one component.
+        butterflies: Pairs of faces across smooth interior edges.
+    """
+
+    unknown: Int64Array
+    referenced: BoolArray
+    row: Int64Array
+    corners: Int64Array
+    area: Float64Array
+    owner: Int64Array
+    position: Float64Array
+    first: Int64Array
+    face_edge: Int64Array
+    edges: Int64Array
+    butterflies: Butterflies
+    _indptr: Int64Array
+    _indices: Int64Array
+    _order: Int64Array
+
+    @property
+    def unknown_count(self) -> int:
+        """Number of unknowns."""
+        return len(self.position)
+
+    @property
+    def component(self) -> Int64Array:
+        """Component of each unknown, shape (u,)."""
+        return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
+
+    def matrix(self, diagonal: Float64Array, edges: Float64Array, wings: Float64Array) -> csr_array:
+        """A symmetric matrix over the unknowns.
+
+        Args:
+            diagonal: Shape (u,).
+            edges: Shape (e,): entries between the two ends of each edge.
+            wings: Shape (w,): entries between the two opposite corners of each butterfly.
+        """
+        upper = np.concatenate([edges, wings])
+        data = np.concatenate([upper, upper, diagonal])[self._order]
+        return csr_array((data, self._indices, self._indptr), shape=(self.unknown_count,) * 2, copy=False)
+
+
+def build_surface(world: World, *, crease_angle: float, weld_instances: bool) -> Surface:
+    """Welds the receiving objects' vertices and finds the edges between their faces.
+
+    Args:
+        world: The flattened scene.
+        crease_angle: In degrees: vertices whose normals differ by more stay apart, and edges whose faces differ by
+            more carry no regulariser.
+        weld_instances: Whether coincident vertices of different objects are one unknown.
+    """
+    receives = np.array([role.receives_per_vertex for role in world.object_roles], np.bool_)
+    faces = np.flatnonzero(receives[world.face_object])
+    row = np.full(world.face_count, -1, np.int64)
+    row[faces] = np.arange(len(faces))
+    referenced = np.zeros(world.vertex_count, np.bool_)
+    referenced[world.faces.ravel()] = True
+    baked = np.zeros(world.vertex_count, np.bool_)
+    baked[world.faces[faces].ravel()] = True
+
+    unknown, count = weld_vertices(world, baked, crease_angle=crease_angle, weld_instances=weld_instances)
+    corners = unknown[world.faces[faces]]
+    unknown, corners, first = _by_component(unknown, corners, count)
+    position = np.zeros((count, 3))
+    position[unknown[baked]] = world.positions[baked]
+
+    corner = position[corners]
+    scaled = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    double = np.linalg.norm(scaled, axis=1)
+    edges = find_edges(corners, scaled / np.maximum(double, 1e-300)[:, None], crease_angle)
+    butterflies = unfold(position, corners, edges)
+
+    low = np.concatenate([edges.ends[:, 0], butterflies.stencil[:, 2]])
+    high = np.concatenate([edges.ends[:, 1], butterflies.stencil[:, 3]])
+    every = np.arange(count)
+    rows, columns = np.concatenate([low, high, every]), np.concatenate([high, low, every])
+    order = np.argsort(rows, kind="stable")
+    index = np.int32 if len(rows) < 2**31 else np.int64
+    indptr = np.zeros(count + 1, index)
+    indptr[1:] = np.cumsum(np.bincount(rows, minlength=count))
+    return Surface(
+        unknown=unknown,
+        referenced=referenced,
+        row=row,
+        corners=corners,
+        area=0.5 * double,
+        owner=world.face_object[faces].astype(np.int64),
+        position=position,
+        first=first,
+        face_edge=edges.of_face,
+        edges=edges.ends,
+        butterflies=butterflies,
+        _indptr=indptr,
+        _indices=columns[order].astype(index),
+        _order=order.astype(index),
+    )
+
+
+def _by_component(unknown: Int64Array, corners: Int64Array, count: int) -> tuple[Int64Array, Int64Array, Int64Array]:
+    """Renumbers unknowns so that each connected component is contiguous, in the order of its first vertex."""
+    ends = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]]])
+    graph = coo_array((np.ones(len(ends), np.int8), (ends[:, 0], ends[:, 1])), shape=(count, count))
+    components, label = connected_components(graph, directed=False)
+    taken = np.flatnonzero(unknown >= 0)
+    appearance = np.full(count, len(unknown), np.int64)
+    np.minimum.at(appearance, unknown[taken], taken)
+    begins = np.full(components, len(unknown), np.int64)
+    np.minimum.at(begins, label, appearance)
+    order = np.lexsort((appearance, begins[label]))
+    place = np.empty(count, np.int64)
+    place[order] = np.arange(count)
+    renumbered = np.where(unknown >= 0, place[unknown], -1)
+    first = np.zeros(components + 1, np.int64)
+    first[1:] = np.cumsum(np.bincount(label, minlength=components)[np.argsort(begins, kind="stable")])
+    return renumbered, place[corners], first

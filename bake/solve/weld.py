@@ -1,0 +1,137 @@
+"""Which vertices of the file share one unknown.
+
+A file splits a vertex wherever its normal or its texture coordinate changes. AO is a function on the surface, so the
+copies of one point share an unknown where the surface is smooth there, and stay apart where it has a crease.
+
+Two vertices are welded if
+
+- they belong to the same object, or both belong to objects that weld across objects (`BakeSettings.weld_instances`,
+  which `ObjectKeys.weld` overrides for one object),
+- their positions coincide: up to the rounding of float64 within an object, up to `ACROSS_OBJECTS` between objects,
+  whose transforms round differently,
+- their normals, each turned to the side its faces show, differ by at most the crease angle.
+
+The relation is made transitive, so that a fan of slightly turned normals welds as a whole.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from bake.types import BoolArray, Float64Array, Int64Array, World
+
+ACROSS_OBJECTS = 1e-4
+"""Greatest distance in metres between vertices of two objects that count as one point."""
+
+
+def weld_vertices(
+    world: World, vertices: BoolArray, *, crease_angle: float, weld_instances: bool
+) -> tuple[Int64Array, int]:
+    """Numbers the unknowns.
+
+    Args:
+        world: The flattened scene.
+        vertices: Shape (n,): those that take part: referenced by a face of an object that receives per vertex.
+        crease_angle: Greatest angle between normals of one unknown, in degrees.
+        weld_instances: Whether objects weld to each other unless their own key says otherwise.
+
+    Returns:
+        The unknown of each vertex, shape (n,), int64, -1 where `vertices` is False; and the number of unknowns.
+    """
+    chosen = np.flatnonzero(vertices)
+    if not len(chosen):
+        return np.full(world.vertex_count, -1, np.int64), 0
+    place = _places(world, chosen, weld_instances)
+    group = _split_at_creases(place, outward_normals(world)[chosen], crease_angle)
+    unknown = np.full(world.vertex_count, -1, np.int64)
+    unknown[chosen] = group
+    return unknown, int(group.max()) + 1
+
+
+def outward_normals(world: World) -> Float64Array:
+    """Vertex normals on the side that the vertex's faces show, shape (n, 3), unit or zero.
+
+    A normal that points against the area-weighted mean of its faces' normals is turned round (as NVIDIA's baking
+    sample does per face); a vertex without a normal takes that mean.
+    """
+    corner = world.positions[world.faces]
+    scaled = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    mean = np.empty((world.vertex_count, 3))
+    for axis in range(3):
+        mean[:, axis] = np.bincount(world.faces.ravel(), np.repeat(scaled[:, axis], 3), minlength=world.vertex_count)
+    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+    normals = world.normals.astype(np.float64)
+    against = np.einsum("ij,ij->i", normals, mean) < 0
+    normals[against] *= -1
+    missing = np.einsum("ij,ij->i", normals, normals) < 0.25
+    normals[missing] = mean[missing]
+    return normals
+
+
+def _places(world: World, chosen: Int64Array, weld_instances: bool) -> Int64Array:
+    """Equal numbers for coincident vertices that may be welded, shape (len(chosen),)."""
+    owner = np.repeat(np.arange(world.object_count), np.diff(world.first_vertex))[chosen]
+    joins = np.array([weld_instances if keys.weld is None else keys.weld for keys in world.object_keys], dtype=np.bool_)
+    across = joins[owner]
+    positions = world.positions[chosen]
+    # A power of two, so that the round coordinates of level editors lie in the middle of a rounding cell.
+    extent = max(float(np.abs(positions).max()), 1e-30)
+    quantum = 2.0 ** np.ceil(np.log2(extent * 1e-10))
+    cells = np.round(positions / quantum)
+    own = np.where(across, -1, owner)
+    place = _equal_rows(np.column_stack([own, cells]))
+    if across.any():
+        members = np.flatnonzero(across)
+        _, first = np.unique(place[members], return_index=True)
+        representatives = members[first]
+        tree = cKDTree(positions[representatives])
+        pairs = tree.query_pairs(ACROSS_OBJECTS, output_type="ndarray")
+        ends = place[representatives]
+        place = _merge(place, ends[pairs[:, 0]], ends[pairs[:, 1]])
+    return place
+
+
+def _split_at_creases(place: Int64Array, normals: Float64Array, crease_angle: float) -> Int64Array:
+    """Parts each place into groups whose normals are linked by steps within the crease angle, shape (n,)."""
+    group = _equal_rows(np.column_stack([place, np.round(normals * 2048.0)]))
+    _, first = np.unique(group, return_index=True)  # one vertex for each distinct normal at a place
+    order = first[np.argsort(place[first], kind="stable")]
+    here = place[order]
+    cosine = np.cos(np.radians(crease_angle)) - 1e-9
+    left: list[Int64Array] = []
+    right: list[Int64Array] = []
+    step = 1
+    near = np.arange(len(order))
+    while True:
+        near = near[near + step < len(order)]
+        near = near[here[near] == here[near + step]]
+        if not len(near):
+            break
+        smooth = np.einsum("ij,ij->i", normals[order[near]], normals[order[near + step]]) >= cosine
+        left.append(group[order[near[smooth]]])
+        right.append(group[order[near[smooth] + step]])
+        step += 1
+    if not left:
+        return group
+    return _merge(group, np.concatenate(left), np.concatenate(right))
+
+
+def _equal_rows(rows: Float64Array) -> Int64Array:
+    """A number for each row, equal for equal rows, shape (n,)."""
+    order = np.lexsort(rows.T)
+    new = np.ones(len(rows), np.bool_)
+    new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    number = np.empty(len(rows), np.int64)
+    number[order] = np.cumsum(new) - 1
+    return number
+
+
+def _merge(labels: Int64Array, left: Int64Array, right: Int64Array) -> Int64Array:
+    """Labels after uniting the pairs (left, right)."""
+    count = int(labels.max()) + 1
+    graph = coo_array((np.ones(len(left), np.int8), (left, right)), shape=(count, count))
+    _, united = connected_components(graph, directed=False)
+    return united.astype(np.int64)[labels]
