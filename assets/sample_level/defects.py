@@ -68,7 +68,7 @@ def sliver_overshoot() -> Parts:
     needles = [(3, 4, 8), (3, 8, 9), (8, 10, 9), (9, 10, 2), (10, 5, 2)]
     faces = np.array(large + needles)
     top = with_normals(Solid(positions, faces), np.broadcast_to([0.0, 1.0, 0.0], positions.shape), "Defect")
-    body = box((-width, -0.01, -0.6), (width, 0.119, 0.6), 0.4)
+    body = box((-width, -0.01, -0.6), (width, 0.105, 0.6), 0.4)
     bar = box((-0.12, 0.16, -0.5), (0.12, 0.4, 0.5), 0.2, 0.08)
     return {"Table": (top,), "Body": (shaded(body, "Wood"),), "Bar": (shaded(bar, "Wood"),)}
 

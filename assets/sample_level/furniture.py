@@ -20,7 +20,7 @@ def add_furniture(level: Level) -> None:
     _store(level)
     _put(level, "Corridor/Bench", "Shared/Bench", 1.0, 1.05, 0.0)
     _put(level, "Corridor/Bench_far", "Shared/Bench", 11.9, 1.05, 0.0)
-    _put(level, "Corridor/Barrel", "Shared/Barrel", 14.2, 2.35, 30.0)
+    _put(level, "Corridor/Barrel", "Shared/Barrel", 13.8, 2.42, 30.0)
 
 
 def _put(level: Level, path: str, mesh: str, x: float, z: float, yaw: float, y: float = FLOOR - SUNK) -> None:
@@ -77,7 +77,7 @@ def _shelf() -> tuple[Part, ...]:
         x = -0.7
         while level < 4 and x < 0.6:
             thick, high, deep = random.number(0.04, 0.09), random.number(0.24, 0.36), random.number(0.18, 0.26)
-            books.append(box((x, y + 0.028, 0.01), (x + thick, y + 0.03 + high, deep), 0.4))
+            books.append(box((x, y + 0.028, 0.013), (x + thick, y + 0.03 + high, deep), 0.4))
             x += thick + (random.number(0.1, 0.35) if random.number(0, 1) > 0.75 else 0.002)
     return merged(shaded(joined(*boards), "Wood"), shaded(joined(*books), "Fabric"))
 
@@ -97,17 +97,17 @@ def crate() -> Part:
     """A cubic box, 0.8 m, its sides sunk between the edge boards."""
     # Lines where the boards end.
     across = graded_between([-0.37, -0.29, 0.29, 0.37], 0.2, 0.12)
-    inner = lattice(across, graded_between([0.03, 0.113, 0.687, 0.77], 0.2, 0.12), across)
+    inner = lattice(across, graded_between([0.03, 0.122, 0.678, 0.77], 0.2, 0.12), across)
     posts = [
         box((x - 0.055, 0.0, z - 0.055), (x + 0.055, 0.8, z + 0.055), 0.3, 0.2)
         for x in (-0.345, 0.345)
         for z in (-0.345, 0.345)
     ]
     rails: list[Solid] = []
-    for y in (0.003, 0.687):
+    for y in (0.012, 0.678):
         for s in (-0.343, 0.343):
             rails.append(box((-0.34, y, s - 0.052), (0.34, y + 0.11, s + 0.052), 0.35, 0.25))
-            rails.append(box((s - 0.052, y, -0.34), (s + 0.052, y + 0.11, 0.34), 0.35, 0.25))
+            rails.append(box((s - 0.052, y + 0.004, -0.34), (s + 0.052, y + 0.106, 0.34), 0.35, 0.25))
     return shaded(joined(inner, *posts, *rails), "Boards")
 
 
@@ -124,7 +124,7 @@ def _living_room(level: Level) -> None:
     level.place("House/RoomA/Sofa", sofa, translation=(-3.2, FLOOR - SUNK, -5.2), rotation=turned(0.0))
     rug = (shaded(box((-1.5, -0.01, -1.1), (1.5, 0.015, 1.1), 0.3, 0.15), "Linen"),)
     level.place("House/RoomA/Rug", rug, translation=(-4.6, FLOOR, -2.2), rotation=turned(4.0))
-    _put(level, "RoomA/Bookshelf", "Shared/Shelf", -1.104, -1.3, -90.0)
+    _put(level, "RoomA/Bookshelf", "Shared/Shelf", -1.09, -1.3, -90.0)
     hearth = [
         box((-8.75, FLOOR - 0.05, -1.7), (-7.95, 1.3, -1.25), 0.3, 0.12),
         box((-8.75, FLOOR - 0.05, -0.25), (-7.95, 1.3, 0.2), 0.3, 0.12),
@@ -149,7 +149,7 @@ def _kitchen(level: Level) -> None:
     _put(level, "RoomB/Chair_1", "Shared/Chair", -5.4, 2.3, 95.0)
     _put(level, "RoomB/Chair_2", "Shared/Chair", -7.0, 2.9, 268.0)
     pot = revolved([(0, 0), (0.14, 0), (0.17, 0.06), (0.17, 0.2), (0.15, 0.2), (0.15, 0.05), (0.0, 0.03)], 20)
-    level.place("House/RoomB/Pot", (shaded(pot, "Iron", crease=50.0),), translation=(-6.1, FLOOR + 0.755, 2.3))
+    level.place("House/RoomB/Pot", (shaded(pot, "Iron", crease=50.0),), translation=(-6.1, FLOOR + 0.75, 2.3))
 
 
 def _study(level: Level) -> None:
@@ -160,27 +160,27 @@ def _study(level: Level) -> None:
     ]
     soft = [box((-0.48, 0.32, -0.99), (0.48, 0.5, 0.99), 0.2, 0.1), box((-0.36, 0.47, -0.92), (0.36, 0.6, -0.52), 0.15)]
     parts = merged(shaded(joined(*bed), "DarkWood"), shaded(joined(*soft), "Linen"))
-    level.place("House/RoomC/Bed", parts, translation=(-0.25, FLOOR - SUNK, -4.6))
+    level.place("House/RoomC/Bed", parts, translation=(2.9, FLOOR - SUNK, -4.62))
     wardrobe = joined(
         box((-0.8, 0.0, -0.3), (0.8, 2.1, 0.3), 0.3, 0.12), box((-0.84, 2.06, -0.33), (0.84, 2.16, 0.33), 0.4)
     )
     level.place("House/RoomC/Wardrobe", (shaded(wardrobe, "Wood"),), translation=(5.2, FLOOR - SUNK, 0.085))
     _put(level, "RoomC/Desk", "Shared/Table", 8.2, -1.0, 90.0)
     _put(level, "RoomC/Chair", "Shared/Chair", 7.5, -0.9, 262.0)
-    _put(level, "RoomC/Bookshelf", "Shared/Shelf", -0.896, -1.2, 90.0)
+    _put(level, "RoomC/Bookshelf", "Shared/Shelf", -0.91, -1.2, 90.0)
     globe = boulder(3, (0.16, 0.16, 0.16), 0.0, 3).moved(0.0, 0.2, 0.0)
     foot = revolved([(0, 0), (0.1, 0), (0.02, 0.03), (0.02, 0.08), (0.0, 0.08)], 16)
     globe_parts = merged(shaded(globe, "Fabric", crease=80.0), shaded(foot, "Wood", crease=50.0))
-    level.place("House/RoomC/Globe", globe_parts, translation=(8.3, FLOOR + 0.753, -0.5))
+    level.place("House/RoomC/Globe", globe_parts, translation=(8.3, FLOOR + 0.75, -0.5))
 
 
 def _store(level: Level) -> None:
     for i, (x, z, yaw) in enumerate(((0.0, 5.2, 3.0), (0.9, 5.22, -6.0), (-0.35, 4.2, 12.0), (8.2, 3.5, 5.0))):
         _put(level, f"RoomD/Crate_{i + 1}", "Shared/Crate", x, z, yaw)
-    _put(level, "RoomD/Crate_5", "Shared/Crate", 0.4, 5.18, 17.0, FLOOR + 0.79)
+    _put(level, "RoomD/Crate_5", "Shared/Crate", 0.4, 5.18, 17.0, FLOOR + 0.785)
     for i, (x, z) in enumerate(((8.25, 5.25), (7.45, 5.3), (7.9, 4.6))):
         _put(level, f"RoomD/Barrel_{i + 1}", "Shared/Barrel", x, z, 40.0 * i)
-    _put(level, "RoomD/Shelf", "Shared/Shelf", 3.0, 5.704, 180.0)
+    _put(level, "RoomD/Shelf", "Shared/Shelf", 3.0, 5.71, 180.0)
     random = Random(402)
     for i in range(4):
         sack = boulder(2, (0.34, 0.26, 0.28), 0.12, 60 + i)

@@ -8,7 +8,7 @@ from assets.sample_level import plants
 from assets.sample_level.level import Instances, Level, Node, turned
 from assets.sample_level.mesh import Points
 from assets.sample_level.randomness import Random
-from assets.sample_level.terrain import ground_height, height_at
+from assets.sample_level.terrain import height_at, surface_height
 
 OAKS = ((-24, 16), (-34, 23), (-21, 31), (7, 23), (9, -16), (-6, -19), (44, 2), (-41, -5))
 PINES = ((-12, -34), (-4, -41), (5, -36), (-19, -47), (42, -44), (51, -37))
@@ -69,7 +69,7 @@ def _grass(level: Level) -> None:
     level.meshes["Shared/GrassClump"] = plants.grass()
     random = Random(703)
     places = _free_places(random, 400, 40.0, crowd=6)
-    heights = ground_height(places[:, 0], places[:, 1])
+    heights = surface_height(places[:, 0], places[:, 1])
     yaw = np.radians(random.uniform(0, 360, 400)) / 2
     zero = np.zeros(400)
     size = random.uniform(0.7, 1.5, 400)

@@ -29,16 +29,16 @@ def _yard(level: Level) -> None:
         rotation = turned(yaw, pitch, roll)
         level.place_shared(f"Yard/Crate_{i + 1:02}", "Shared/Crate", translation=(x, y, z), rotation=rotation)
     barrels = (
-        (17.5, -2.2, -0.03, 0, 0),
-        (18.3, -2.5, -0.03, 70, 0),
-        (17.9, -3.2, -0.03, 31, 0),
+        (17.5, -2.2, -0.05, 0, 0),
+        (18.3, -2.5, -0.05, 70, 0),
+        (17.9, -3.2, -0.05, 31, 0),
         (20.6, 5.2, 0.3, 20, 90),
     )
     barrels += (
         (21.6, 0.4, -0.02, 5, 0),
         (16.9, 4.4, -0.04, 12, 0),
-        (-9.5, 5.4, -0.03, 0, 0),
-        (-9.6, 4.6, -0.03, 50, 0),
+        (-9.5, 5.4, -0.05, 0, 0),
+        (-9.6, 4.6, -0.05, 50, 0),
     )
     for i, (x, z, y, yaw, pitch) in enumerate(barrels):
         rotation = turned(yaw, pitch)

@@ -21,8 +21,8 @@ def add_tower(level: Level) -> None:
     level.place("Tower/Tower_LOD1", _tower(16, 1.6, details=True), translation=PLACE, extras=coarser)
     level.place("Tower/Tower_LOD2", _tower(8, 8.0, details=False), translation=PLACE)  # its role: in the side file
     door = (shaded(box((0.0, 0.0, -0.04), (1.1, 2.05, 0.04), 0.35, 0.2), "Wood"),)
-    hinge = (PLACE[0] + 2.55, PLACE[1] + 0.165, PLACE[2] + 0.52)
-    level.place("Tower/Door", door, translation=hinge, rotation=turned(28.0))
+    hinge = (PLACE[0] + 2.93, PLACE[1] + 0.165, PLACE[2] + 0.5)
+    level.place("Tower/Door", door, translation=hinge, rotation=turned(-38.0))
 
 
 def _tower(segments: int, step: float, *, details: bool) -> tuple[Part, ...]:
