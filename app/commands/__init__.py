@@ -1,0 +1,10 @@
+"""The subcommands, one module each: `USAGE`, `add_arguments(parser)` and `run(arguments) -> exit code`."""
+
+from collections.abc import Mapping
+
+COMMANDS: Mapping[str, str] = {
+    "bake": "bake a scene without a window",
+    "export": "write a result as .npz, .ply, .glb, .obj or .vao",
+    "report": "write one self-contained page about a result",
+    "doctor": "say what this machine has, what is missing and how to mend it",
+}

@@ -1,0 +1,124 @@
+"""A bake in figures, for JSON, for the terminal and for the window."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.commands.progress import duration
+from bake.types import BakeResult, StageReport, VertexState
+
+UNCHANGED = "scene and settings are unchanged since the stored result"
+_MOST_FINDINGS = 8  # on the terminal; JSON has them all
+
+
+def stages_of(result: BakeResult, *, unchanged: bool) -> list[StageReport]:
+    """The stage report of a command: of the bake it ran, or of the one it could skip."""
+    if not unchanged:
+        return list(result.stages)
+    return [StageReport(stage.name, "skipped", UNCHANGED) for stage in result.stages]
+
+
+def mrays_per_second(stages: list[StageReport]) -> float:
+    """Million rays a second over the stages that traced; 0 if none did."""
+    seconds = sum(stage.seconds for stage in stages if stage.rays)
+    return sum(stage.rays for stage in stages) / seconds / 1e6 if seconds else 0.0
+
+
+def bake_summary(result: BakeResult, path: Path, seconds: float, *, unchanged: bool = False) -> dict[str, Any]:
+    """What `bake --json` prints; plain values that JSON can hold.
+
+    Args:
+        result: What was baked.
+        path: Where it is stored.
+        seconds: How long the command took.
+        unchanged: The stored result was still current, so that nothing was traced.
+    """
+    stages = stages_of(result, unchanged=unchanged)
+    state = np.bincount(np.asarray(result.field.state), minlength=len(VertexState))
+    valid = result.tally.valid(result.settings.back_face_threshold)
+    traced = int(result.tally.rays.sum(dtype=np.int64))
+    return {
+        "result": str(path),
+        "scene": str(result.scene_path),
+        "unchanged": unchanged,
+        "seconds": seconds,
+        "rays": 0 if unchanged else traced,
+        "rays_skipped": result.rays_skipped + (traced if unchanged else 0),
+        "mrays_per_s": mrays_per_second(stages),
+        "peak_memory_mb": max((stage.peak_memory_mb for stage in stages), default=0.0),
+        "device": result.device,
+        "tracer": result.tracer,
+        "seed": result.settings.seed,
+        "distances": list(result.settings.column_distances),
+        "stages": [_stage(stage) for stage in stages],
+        "faces": result.world.face_count,
+        "objects": result.world.object_count,
+        "vertices": {
+            "total": result.world.vertex_count,
+            "filled": int(state[VertexState.FILLED]),
+            "unreferenced": int(state[VertexState.UNREFERENCED]),
+            "not_baked": int(state[VertexState.NOT_BAKED]),
+        },
+        "samples": {"total": len(result.samples), "invalid": int(np.count_nonzero(~valid))},
+        "solve": {
+            "unknowns": result.field.report.unknowns,
+            "iterations": result.field.report.iterations,
+            "rmse": [value if np.isfinite(value) else None for value in result.field.report.rmse],
+        },
+        "warnings": [asdict(finding) for finding in result.findings],
+    }
+
+
+def _stage(stage: StageReport) -> dict[str, Any]:
+    return {**asdict(stage), "mrays_per_s": mrays_per_second([stage])}
+
+
+def summary_text(result: BakeResult, path: Path, seconds: float, *, unchanged: bool = False) -> str:
+    """The same for people at a terminal."""
+    figures = bake_summary(result, path, seconds, unchanged=unchanged)
+    vertices, samples = figures["vertices"], figures["samples"]
+    if unchanged:
+        return f"{path}: {UNCHANGED}; nothing was traced"
+    share = 100 * samples["invalid"] / max(samples["total"], 1)
+    lines = [
+        f"{result.scene_path.name} → {path} in {duration(seconds)} ({result.tracer} on {result.device})",
+        "",
+        *_stage_lines(stages_of(result, unchanged=False)),
+        "",
+        f"  vertices  {vertices['total']:,}; {vertices['filled']:,} filled, {vertices['unreferenced']:,} unreferenced",
+        f"  samples   {samples['total']:,}; {samples['invalid']:,} invalid ({share:.1f} %)",
+        f"  rays      {figures['rays']:,} at {figures['mrays_per_s']:.2f} Mrays/s",
+        f"  memory    {figures['peak_memory_mb']:,.0f} MB at most",
+    ]
+    for column, distance in enumerate(result.settings.column_distances):
+        values = result.field.ao[:, column]
+        values = values[~np.isnan(values)]
+        if len(values):
+            low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
+            lines.append(f"  AO        {distance:g} m: median {middle:.2f}, 90 % within {low:.2f} to {high:.2f}")
+    return "\n".join([*lines, *_finding_lines(result)])
+
+
+def _stage_lines(stages: list[StageReport]) -> list[str]:
+    width = max((len(stage.name) for stage in stages), default=5)
+    lines = [f"  {'stage':{width}}  {'seconds':>8}  {'Mrays/s':>8}"]
+    for stage in stages:
+        rate = f"{mrays_per_second([stage]):.2f}" if stage.rays else ""
+        time = f"{stage.seconds:.2f}" if stage.status == "ran" else stage.status
+        lines.append(f"  {stage.name:{width}}  {time:>8}  {rate:>8}  {stage.why}".rstrip())
+    return lines
+
+
+def _finding_lines(result: BakeResult) -> list[str]:
+    order = {"set-aside": 0, "warning": 1, "info": 2}
+    findings = sorted(result.findings, key=lambda finding: (order.get(finding.severity, 1), -finding.count))
+    if not findings:
+        return []
+    shown = findings[:_MOST_FINDINGS]
+    lines = [f"  {finding.severity}: {finding.object}: {finding.what} ({finding.count:,})" for finding in shown]
+    rest = len(findings) - len(shown)
+    return ["", *lines, *([f"  … and {rest:,} more; `report` and --json list them all"] if rest else [])]
