@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ _CHUNK_RAYS = 1 << 18
 _GATE = 0.75
 
 
-def measure_overhead(scene: Path | None, *, rays: int = 64, chunks: int = 32) -> Measurements:
+def measure_overhead(scene: Path | None, options: Mapping[str, Any], *, chunks: int = 32) -> Measurements:
     """Bakes a scene from load to stored result and divides its rays per second by the bare tracer's.
 
     The bare tracer is Embree through its own Python interface, robust like ours, on prepared arrays of rays and on as
@@ -31,15 +32,15 @@ def measure_overhead(scene: Path | None, *, rays: int = 64, chunks: int = 32) ->
 
     Args:
         scene: A scene file; without one, a field with props of about a million triangles is made.
-        rays: Rays a sample.
+        options: Bake options by long name.
         chunks: Chunks of a quarter of a million rays that the bare tracer is timed on.
     """
     with tempfile.TemporaryDirectory() as folder:
         if scene is None:
             scene = Path(folder) / "field.ply"
             write_ply(scene, field_with_props(670, subdivisions=2))
-        options = {"device": "cpu", "tracer": "embree", "rays": rays}
-        result, seconds = _bake(BakeRequest(scene, Path(folder) / "result", options))
+        on_embree = {**options, "device": "cpu", "tracer": "embree"}
+        result, seconds = _bake(BakeRequest(scene, Path(folder) / "result", on_embree))
         bare = _bare_rays_per_s(result, chunks)
     traced = int(result.tally.rays.astype(np.int64).sum())
     whole = traced / seconds
@@ -71,12 +72,11 @@ def _bake(request: BakeRequest) -> tuple[BakeResult, float]:
 
 
 def _bare_rays_per_s(result: BakeResult, chunks: int) -> float:
-    from embreex.mesh_construction import TriangleMesh
-    from embreex.rtcore_scene import EmbreeScene
-
+    embree: Any = importlib.import_module("embreex.rtcore_scene")
+    meshes: Any = importlib.import_module("embreex.mesh_construction")
     world, samples, rays = result.world, result.samples, result.settings.rays
-    scene: Any = EmbreeScene(robust=True)
-    TriangleMesh(scene, as_traced(world.positions), world.faces[world.face_casts])
+    scene = embree.EmbreeScene(robust=True)
+    meshes.TriangleMesh(scene, as_traced(world.positions), world.faces[world.face_casts])
     size = max(1, _CHUNK_RAYS // rays)
     firsts = np.linspace(0, max(0, len(samples) - size), chunks).astype(int)
     prepared = [sample_rays(world, samples, slice(int(a), min(int(a) + size, len(samples))), rays) for a in firsts]

@@ -1,0 +1,78 @@
+"""`bench accuracy|speed|scenes`: prints the tables that the documentation quotes."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.commands.console import say, say_json
+from app.commands.settings_options import add_settings_options, explicit_options
+from bake.errors import InputError
+
+if TYPE_CHECKING:
+    from bake.bench.table import Measurements
+
+USAGE = "accuracy|speed|scenes [SCENE | FOLDER …] [--json] [settings]"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's arguments."""
+    parser.add_argument("subject", choices=list(_SUBJECTS), help="accuracy: surface error of the mappings against a "
+                        "converged reference; speed: overhead beyond the rays, and the solver at size; "
+                        "scenes: what each scene holds and what baking it costs")  # fmt: skip
+    parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
+    parser.add_argument("--json", action="store_true", help="print one JSON object a table, a line each")
+    add_settings_options(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measures and prints; the exit code is 1 if a gate did not hold.
+
+    Raises:
+        InputError: no scene was given to a benchmark that needs some.
+    """
+    passed = True
+    for measured in _SUBJECTS[arguments.subject](arguments):
+        if arguments.json:
+            say_json(measured.to_json())
+        else:
+            say(f"### {measured.name}\n\n{measured.to_markdown()}\n")
+        passed = passed and measured.passed
+    return 0 if passed else 1
+
+
+def _accuracy(arguments: argparse.Namespace) -> list[Measurements]:
+    from bake.bench.mapping import measure_mappings
+
+    return [measure_mappings(_scenes(arguments), explicit_options(arguments))]
+
+
+def _speed(arguments: argparse.Namespace) -> list[Measurements]:
+    from bake.bench.overhead import measure_overhead
+    from bake.bench.solving import measure_solving
+
+    scenes: list[Path | None] = list(arguments.paths) or [None]
+    return [*(measure_overhead(scene, explicit_options(arguments)) for scene in scenes), measure_solving()]
+
+
+def _scene_table(arguments: argparse.Namespace) -> list[Measurements]:
+    from bake.bench.scenes import measure_scenes
+
+    return [measure_scenes(_scenes(arguments), explicit_options(arguments))]
+
+
+def _scenes(arguments: argparse.Namespace) -> list[Path]:
+    missing = [path for path in arguments.paths if not path.exists()]
+    if missing or not arguments.paths:
+        what = "no such scene or folder" if missing else "no scene given"
+        raise InputError(what, where=str(missing[0]) if missing else "bench", remedy="name scene files or folders")
+    return arguments.paths
+
+
+_SUBJECTS: dict[str, Callable[[argparse.Namespace], list[Measurements]]] = {
+    "accuracy": _accuracy,
+    "speed": _speed,
+    "scenes": _scene_table,
+}
