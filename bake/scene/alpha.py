@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from bake.types import Float32Array, Float64Array
+from bake.types import Float32Array, Float64Array, Int64Array
 
 LARGEST_MAP = 2048  # texels a side; larger textures are averaged down
 SUBDIVISIONS = 4  # a face is read at the centres of 4 x 4 sub-triangles
@@ -86,7 +86,7 @@ class OpennessPyramid:
         result = np.zeros(len(corners), np.float32)
         weights = _subtriangle_centres()
         for number, texture in enumerate(self._levels):
-            faces = np.flatnonzero(level == number)
+            faces: Int64Array = np.flatnonzero(level == number)
             for begin in range(0, len(faces), FACES_AT_ONCE):
                 part = faces[begin : begin + FACES_AT_ONCE]
                 points = np.einsum("pc,mcd->mpd", weights, corners[part])

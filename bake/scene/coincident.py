@@ -17,10 +17,12 @@ class CoincidentFaces:
     Attributes:
         duplicate: Shape (m,): an earlier face has the same corners and looks the same way.
         opposed: Shape (m,): another face has the same corners and looks the opposite way.
+        repeated: Shape (m,): an earlier face has the same corners, whichever way it looks.
     """
 
     duplicate: BoolArray
     opposed: BoolArray
+    repeated: BoolArray
 
 
 def find_coincident(positions: Float64Array, faces: Int32Array) -> CoincidentFaces:
@@ -31,20 +33,21 @@ def find_coincident(positions: Float64Array, faces: Int32Array) -> CoincidentFac
 def coincident_of_welded(welded: Int64Array) -> CoincidentFaces:
     """Like `find_coincident`, for faces over welded vertices, shape (m, 3)."""
     count = len(welded)
-    duplicate, opposed = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    duplicate, opposed, repeated = (np.zeros(count, np.bool_) for _ in range(3))
     corners = np.sort(welded, axis=1)
     proper = np.flatnonzero((corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]))
     if len(proper) == 0:
-        return CoincidentFaces(duplicate, opposed)
+        return CoincidentFaces(duplicate, opposed, repeated)
     triples = corners[proper]
     keys = mixed_keys(triples.astype(np.uint64))
     order = np.argsort(keys, kind="stable")
     sorted_triples = triples[order]
-    repeats = (sorted_triples[1:] == sorted_triples[:-1]).all(axis=1)
+    repeats: BoolArray = np.all(sorted_triples[1:] == sorted_triples[:-1], axis=1)
     if not repeats.any():
-        return CoincidentFaces(duplicate, opposed)
+        return CoincidentFaces(duplicate, opposed, repeated)
     group = np.concatenate(([0], np.cumsum(~repeats)))
     face = proper[order]
+    repeated[face[1:][repeats]] = True
     odd = _is_odd(welded[face])
     side = 2 * group + odd
     first_of_side = np.unique(side, return_index=True)[1]
@@ -52,11 +55,12 @@ def coincident_of_welded(welded: Int64Array) -> CoincidentFaces:
     is_first[first_of_side] = True
     duplicate[face[~is_first]] = True
     sides = np.bincount(side, minlength=2 * (int(group[-1]) + 1)).reshape(-1, 2)
-    opposed[face] = (sides > 0).all(axis=1)[group]
-    return CoincidentFaces(duplicate, opposed)
+    both: BoolArray = np.all(sides > 0, axis=1)
+    opposed[face] = both[group]
+    return CoincidentFaces(duplicate, opposed, repeated)
 
 
 def _is_odd(corners: Int64Array) -> BoolArray:
     """Whether sorting the three different corners takes an odd permutation: tells the two windings apart."""
-    a, b, c = corners.T
-    return ((a > b) ^ (b > c) ^ (a > c)).astype(np.bool_)
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    return np.logical_xor(np.logical_xor(a > b, b > c), a > c)

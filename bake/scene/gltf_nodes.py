@@ -141,7 +141,7 @@ def _declared(node: JsonCursor, path: str) -> dict[str, Any]:
             where=f"{node.file}: {path}",
             remedy='write {"obscura": {"role": "tree"}}',
         )
-    return dict(declared.value)
+    return dict(declared.object())
 
 
 def _placements_of(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -44,9 +44,10 @@ class JsonCursor:
 
     def object(self) -> dict[str, Any]:
         """This value as an object."""
-        if not isinstance(self.value, dict):
+        value: Any = self.value
+        if not isinstance(value, dict):
             raise self.wrong("an object")
-        return self.value
+        return cast("dict[str, Any]", value)
 
     def has(self, key: str) -> bool:
         """Whether this object has a member `key`; JSON's null counts as absent."""
@@ -60,9 +61,8 @@ class JsonCursor:
 
     def items(self) -> list[JsonCursor]:
         """The elements of this array."""
-        if not isinstance(self.value, list):
-            raise self.wrong("a list")
-        return [JsonCursor(item, self.file, f"{self.place}[{i}]") for i, item in enumerate(self.value)]
+        values = self._list()
+        return [JsonCursor(item, self.file, f"{self.place}[{i}]") for i, item in enumerate(values)]
 
     def members(self) -> Iterator[tuple[str, JsonCursor]]:
         """The members of this object, in the file's order."""
@@ -71,16 +71,21 @@ class JsonCursor:
 
     def element(self, index: JsonCursor) -> JsonCursor:
         """The element of this array that the document's value `index` refers to."""
-        if not isinstance(self.value, list):
-            raise self.wrong("a list")
+        values = self._list()
         number = index.integer(low=0)
-        if number >= len(self.value):
+        if number >= len(values):
             raise SceneError(
-                f"{index.place} refers to {self.place}[{number}], but there are only {len(self.value)}",
+                f"{index.place} refers to {self.place}[{number}], but there are only {len(values)}",
                 where=self.file,
                 remedy="export the scene again",
             )
-        return JsonCursor(self.value[number], self.file, f"{self.place}[{number}]")
+        return JsonCursor(values[number], self.file, f"{self.place}[{number}]")
+
+    def _list(self) -> list[Any]:
+        value: Any = self.value
+        if not isinstance(value, list):
+            raise self.wrong("a list")
+        return cast("list[Any]", value)
 
     def integer(self, *, low: int | None = None, high: int | None = None) -> int:
         """This value as a whole number within inclusive bounds."""
@@ -107,9 +112,10 @@ class JsonCursor:
 
     def numbers(self, count: int) -> Float64Array:
         """This value as `count` finite numbers, shape (count,), float64."""
-        if not isinstance(self.value, list) or len(self.value) != count:
+        items = self.items()
+        if len(items) != count:
             raise self.wrong(f"a list of {count} numbers")
-        return np.array([item.number() for item in self.items()], np.float64)
+        return np.array([item.number() for item in items], np.float64)
 
     def text(self) -> str:
         """This value as a text."""

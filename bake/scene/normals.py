@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import coo_matrix  # pyright: ignore[reportMissingTypeStubs]
+from scipy.sparse.csgraph import (  # pyright: ignore[reportMissingTypeStubs]
+    connected_components,  # pyright: ignore[reportUnknownVariableType]
+)
 
 from bake.scene.weld import edge_keys, weld_positions
 from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array
@@ -106,8 +108,8 @@ def _join_corners(welded: Int64Array, directions: Float64Array, least_cosine: fl
     if not rows:
         return corner
     row, column = np.concatenate(rows), np.concatenate(columns)
-    graph = coo_matrix((np.ones(len(row), np.bool_), (row, column)), shape=(3 * count, 3 * count))
-    return connected_components(graph, directed=False)[1].astype(np.int64)
+    graph = coo_matrix((np.ones(len(row), np.int32), (row, column)), shape=(3 * count, 3 * count))
+    return np.asarray(connected_components(graph.tocsr(), directed=False)[1], np.int64)
 
 
 def unit_vectors(vectors: Float64Array) -> Float32Array:

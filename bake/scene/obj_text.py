@@ -213,7 +213,7 @@ def _check_range(
             wrong &= stored[:, column] != 0
         if wrong.any():
             corner = int(np.argmax(wrong))
-            owner = "/".join(part for part in names[owners[corner]] if part)
+            owner = "/".join(part for part in names[int(owners[corner])] if part)
             raise SceneError(
                 f"a face refers to {kind} {stored[corner, column]} of {available[column]}",
                 where=f"{file}: {owner}" if owner else file,

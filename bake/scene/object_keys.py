@@ -66,11 +66,21 @@ def _check_value(name: str, value: Any, where: str) -> Any:
 
 
 def _number(name: str, value: Any, where: str, *, high: float) -> float:
-    if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
-        raise _wrong(name, value, where, "a number")
-    if not 0.0 <= value <= high:
+    number = finite_number(value)
+    if number is None or not 0.0 <= number <= high:
         raise _wrong(name, value, where, f"a number from 0 to {high:g}")
-    return float(value)
+    return number
+
+
+def finite_number(value: Any) -> float | None:
+    """`value` as a float, or None if it is no number that a float can hold."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
 
 
 def _wrong(name: str, value: Any, where: str, expected: str) -> SceneError:

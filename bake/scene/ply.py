@@ -10,7 +10,7 @@ from bake.scene.normals import crease_normals, unit_vectors
 from bake.scene.parsed import ParsedFile, Placement
 from bake.scene.ply_elements import PlyElement, read_ply_elements
 from bake.scene.polygons import triangulate_polygons
-from bake.types import Finding, Float32Array, Int32Array, Int64Array, Material, Mesh
+from bake.types import Finding, Float32Array, Float64Array, Int32Array, Int64Array, Material, Mesh
 
 INDEX_LISTS = ("vertex_indices", "vertex_index")
 
@@ -58,7 +58,7 @@ def parse_ply(ledger: FileLedger, *, crease_angle: float) -> ParsedFile:
     return ParsedFile([mesh], [Material("default")], placements, findings)
 
 
-def _columns(element: PlyElement | None, names: tuple[str, str, str]) -> np.ndarray | None:
+def _columns(element: PlyElement | None, names: tuple[str, str, str]) -> Float64Array | None:
     if element is None or not set(names) <= element.columns.keys():
         return None
     return np.stack([element.columns[name] for name in names], axis=1)
@@ -66,7 +66,7 @@ def _columns(element: PlyElement | None, names: tuple[str, str, str]) -> np.ndar
 
 def _polygons(element: PlyElement | None, vertex_count: int, file: str) -> tuple[Int64Array, Int64Array]:
     """Corner counts and vertex indices of all faces."""
-    lists = {} if element is None else element.lists
+    lists = element.lists if element is not None else dict[str, tuple[Int64Array, Float64Array]]()
     wanted = [lists[name] for name in INDEX_LISTS if name in lists] or list(lists.values())[:1]
     if not wanted or len(wanted[0][0]) == 0:
         raise SceneError("the PLY has no faces", where=file, remedy="point clouds cannot be baked: mesh it first")

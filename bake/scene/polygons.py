@@ -24,12 +24,12 @@ def triangulate_polygons(corners: Float64Array, counts: Int64Array) -> tuple[Int
     first = np.cumsum(counts) - counts
     triangles: list[Int64Array] = []
     owners: list[Int64Array] = []
-    for size in np.unique(counts):
+    for size in np.unique(counts).tolist():
         if size < 3:
             continue
         polygons = np.flatnonzero(counts == size)
-        indices = first[polygons, None] + np.arange(size)
-        pieces = _split(corners, indices, int(size))
+        indices: Int64Array = np.take(first, polygons)[:, None] + np.arange(size, dtype=np.int64)
+        pieces = _split(corners, indices, size)
         triangles.append(pieces.reshape(-1, 3))
         owners.append(np.repeat(polygons, size - 2))
     if not triangles:
@@ -103,6 +103,8 @@ def _is_ear(flat: Float64Array, around: list[int], left: list[int]) -> bool:
     if _cross(b - a, c - a) <= 0.0:
         return False
     others = flat[[index for index in left if index not in around]]
+    # Where a cut leads to a hole, corners come twice; one that lies on the ear's own corner is not inside it.
+    others = others[(others[:, None] != flat[around]).any(axis=2).all(axis=1)]
     inside = (
         (_cross(b - a, others - a) >= 0.0) & (_cross(c - b, others - b) >= 0.0) & (_cross(a - c, others - c) >= 0.0)
     )

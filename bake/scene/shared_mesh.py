@@ -96,9 +96,11 @@ class MeshSharer:
         openness = self._openness[mesh.face_material]
         if mesh.uvs is None:
             return openness
-        for number in np.unique(texture[texture >= 0]).tolist():
+        numbers: list[int] = np.unique(texture[texture >= 0]).tolist()
+        for number in numbers:
             if number not in self._pyramids:
                 self._pyramids[number] = OpennessPyramid(self.textures[number])
-            concerned = np.flatnonzero(texture == number)
-            openness[concerned] = self._pyramids[number].face_means(mesh.uvs[mesh.faces[concerned]])
+            concerned: BoolArray = texture == number
+            corner_uvs: Float32Array = np.take(mesh.uvs, mesh.faces[concerned], axis=0)
+            openness[concerned] = self._pyramids[number].face_means(corner_uvs)
         return openness

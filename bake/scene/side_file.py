@@ -5,16 +5,15 @@ For `level.glb` it is called `level.obscura.toml` or `level.glb.obscura.toml`.
 
 from __future__ import annotations
 
-import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from bake.errors import SceneError
 from bake.scene.files import FileLedger
-from bake.scene.object_keys import check_keys, nearest
+from bake.scene.object_keys import check_keys, finite_number, nearest
 from bake.types import RegionBox
 
 SUFFIX = ".obscura.toml"
@@ -74,12 +73,12 @@ def read_side_file(ledger: FileLedger) -> SideFile:
     for name in tables:
         if name not in ("bake", "object", "region"):
             raise SceneError(f"unknown table [{name}]", where=where, remedy=nearest(name, ("bake", "object", "region")))
-    options = tables.get("bake", {})
+    options: Any = tables.get("bake", {})
     if not isinstance(options, dict):
         raise SceneError("bake is no table", where=where, remedy="write [bake]")
     return SideFile(
         name=present[0],
-        bake_options=options,
+        bake_options=cast("dict[str, Any]", options),
         rules=tuple(_rule(item, f"{where}: {place}") for item, place in _tables(tables, "object", where)),
         regions=_regions(_tables(tables, "region", where), where),
     )
@@ -95,8 +94,9 @@ def _parse_toml(content: bytes, where: str) -> dict[str, Any]:
 
 
 def _tables(tables: Mapping[str, Any], name: str, where: str) -> list[tuple[dict[str, Any], str]]:
-    items = tables.get(name, [])
-    if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
+    found: Any = tables.get(name, [])
+    items: list[Any] = cast("list[Any]", found) if isinstance(found, list) else [None]
+    if not all(isinstance(item, dict) for item in items):
         raise SceneError(f"{name} is no list of tables", where=where, remedy=f"write [[{name}]]")
     return [(item, f"[[{name}]] number {number}") for number, item in enumerate(items, start=1)]
 
@@ -129,11 +129,11 @@ def _regions(tables: list[tuple[dict[str, Any], str]], where: str) -> tuple[Regi
 
 
 def _point(value: Any, key: str, where: str) -> tuple[float, float, float]:
-    numbers = [
-        float(item)
-        for item in (value if isinstance(value, list) else [])
-        if isinstance(item, int | float) and not isinstance(item, bool) and math.isfinite(item)
-    ]
-    if not isinstance(value, list) or len(value) != 3 or len(numbers) != 3:
-        raise SceneError(f"{key} is {str(value)[:40]}", where=where, remedy="use three numbers in metres, [x, y, z]")
-    return numbers[0], numbers[1], numbers[2]
+    items: list[Any] = cast("list[Any]", value) if isinstance(value, list) else []
+    numbers: list[float | None] = [finite_number(item) for item in items]
+    match numbers:
+        case [float(x), float(y), float(z)]:
+            return x, y, z
+        case _:
+            shown = str(items or "missing")[:40]
+            raise SceneError(f"{key} is {shown}", where=where, remedy="use three numbers in metres, [x, y, z]")

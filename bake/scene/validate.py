@@ -1,10 +1,110 @@
-"""What is odd about a scene, listed by object."""
+"""What is odd about a scene, listed by object; what cannot be baked at all is refused."""
 
 from __future__ import annotations
 
-from bake.types import Finding, Scene
+from collections import Counter
+
+import numpy as np
+
+from bake.errors import SceneError
+from bake.scene.enclosure import box_corners, enclosing_objects
+from bake.scene.mesh_check import MeshCheck, check_mesh
+from bake.types import Finding, Float64Array, Role, Scene
+
+FARTHEST = 1e9  # metres; beyond, products of coordinates leave the range of float32
+SMALLEST_SCENE, LARGEST_SCENE = 1.0, 10_000.0  # metres, longest side of a plausible level
+
+# What each count of `MeshCheck` is called, how grave it is, and what it means.
+MESH_FINDINGS = (
+    ("zero_area_faces", "zero-area-faces", "set-aside", "Triangles without area take no samples; they still block."),
+    ("sliver_faces", "sliver-faces", "set-aside", "Triangles too thin for a normal take no samples; they still block."),
+    ("duplicate_faces", "duplicate-faces", "warning", "Triangles lie exactly on earlier ones that look the same way."),
+    ("opposed_faces", "opposed-faces", "info", "Triangles lie back to back; they count as two-sided."),
+    ("unreferenced_vertices", "unreferenced-vertices", "info", "No triangle uses these vertices; they get no value."),
+    (
+        "inconsistent_edges",
+        "inconsistent-winding",
+        "warning",
+        "Along these edges, two triangles disagree about which side is outside: one of them will count as a back face.",
+    ),
+    ("non_manifold_edges", "non-manifold-edges", "info", "More than two triangles meet at these edges."),
+    ("opposing_normals", "opposing-normals", "warning", "Normals point away from all their triangles; turned round."),
+)  # fmt: skip
 
 
 def find_problems(scene: Scene) -> list[Finding]:
-    """Findings in scene order."""
-    return []
+    """Findings in scene order; a mesh that many objects share is looked over once and reported at the first.
+
+    Raises:
+        SceneError: an object reaches farther than 10⁹ m from the origin.
+    """
+    shown = Counter(item.mesh for item in scene.objects)
+    boxes = world_boxes(scene)
+    _refuse_far(scene, boxes)
+    findings: list[Finding] = []
+    done: set[int] = set()
+    for item in scene.objects:
+        if item.mesh not in done:
+            done.add(item.mesh)
+            findings += _mesh_findings(check_mesh(scene.meshes[item.mesh]), item.path, shown[item.mesh])
+    return [*findings, *_transform_findings(scene), *_enclosing_findings(scene, boxes), *_size_findings(scene, boxes)]
+
+
+def world_boxes(scene: Scene) -> Float64Array:
+    """A world box around each object, shape (o, 2, 3): that of its turned object-space box, so never too small."""
+    corners = {index: box_corners(mesh.positions, mesh.faces) for index, mesh in enumerate(scene.meshes)}
+    linear = np.stack([item.transform[:3, :3] for item in scene.objects])
+    shift = np.stack([item.transform[:3, 3] for item in scene.objects])
+    own = np.stack([corners[item.mesh] for item in scene.objects])
+    world = own @ linear.transpose(0, 2, 1) + shift[:, None]
+    return np.stack((world.min(axis=1), world.max(axis=1)), axis=1)
+
+
+def _refuse_far(scene: Scene, boxes: Float64Array) -> None:
+    reach = np.abs(boxes).max(axis=(1, 2))
+    if not (reach <= FARTHEST).all():
+        number = int(np.argmax(~(reach <= FARTHEST)))
+        raise SceneError(
+            f"the object reaches {reach[number]:.3g} m from the origin",
+            where=f"{scene.path}: {scene.objects[number].path}",
+            remedy="check its transform and its positions: the limit is 1e9 m",
+        )
+
+
+def _mesh_findings(check: MeshCheck, path: str, shown: int) -> list[Finding]:
+    suffix = f" {shown} objects share this mesh." if shown > 1 else ""
+    return [
+        Finding(path, what, getattr(check, name), detail + suffix, severity)
+        for name, what, severity, detail in MESH_FINDINGS
+        if getattr(check, name)
+    ]
+
+
+def _transform_findings(scene: Scene) -> list[Finding]:
+    linear = np.stack([item.transform[:3, :3] for item in scene.objects])
+    lengths = np.linalg.norm(linear, axis=1).prod(axis=1)
+    flat = np.flatnonzero(np.abs(np.linalg.det(linear)) <= 1e-12 * lengths)
+    if len(flat) == 0:
+        return []
+    detail = "The transform flattens the object; what is left without area takes no samples."
+    more = f" It is the first of {len(flat)} such objects." if len(flat) > 1 else ""
+    first = scene.objects[int(flat[0])].path
+    return [Finding(first, "flattening-transform", len(flat), detail + more, "set-aside")]
+
+
+def _enclosing_findings(scene: Scene, boxes: Float64Array) -> list[Finding]:
+    detail = "It closes off the space around all other objects: if it is a sky, give it the role ignore."
+    return [
+        Finding(scene.objects[number].path, "encloses-scene", 1, detail, "warning")
+        for number in enclosing_objects(scene, boxes)
+    ]
+
+
+def _size_findings(scene: Scene, boxes: Float64Array) -> list[Finding]:
+    counts = np.array([item.role is not Role.IGNORE for item in scene.objects])
+    counts |= not counts.any()
+    longest = float((boxes[counts, 1].max(axis=0) - boxes[counts, 0].min(axis=0)).max())
+    if SMALLEST_SCENE <= longest <= LARGEST_SCENE:
+        return []
+    detail = f"The scene measures {longest:.3g} m: if its unit is not the metre, scale it or the distances."
+    return [Finding(scene.path.name, "unlikely-size", 1, detail, "warning")]

@@ -1,0 +1,71 @@
+"""What is odd about one mesh, counted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bake.scene.coincident import coincident_of_welded
+from bake.scene.normals import opposing_normals
+from bake.scene.surface import lacking_surface, referenced_vertices
+from bake.scene.weld import edge_keys, weld_positions
+from bake.types import BoolArray, Int64Array, Mesh
+
+
+@dataclass(frozen=True, slots=True)
+class MeshCheck:
+    """Counts; vertices at the same place count as one where edges and coincident faces are concerned.
+
+    Attributes:
+        zero_area_faces: Faces without area, which take no samples.
+        sliver_faces: Faces too thin to have a reliable normal, which take no samples.
+        duplicate_faces: Faces that an earlier one with the same corners and winding makes redundant.
+        opposed_faces: Faces with a twin of the same corners and opposite winding.
+        unreferenced_vertices: Vertices that no face uses.
+        inconsistent_edges: Edges between two faces that disagree about which side is outside.
+        non_manifold_edges: Edges of more than two faces.
+        opposing_normals: Vertex normals that point away from every face around them.
+    """
+
+    zero_area_faces: int
+    sliver_faces: int
+    duplicate_faces: int
+    opposed_faces: int
+    unreferenced_vertices: int
+    inconsistent_edges: int
+    non_manifold_edges: int
+    opposing_normals: int
+
+
+def check_mesh(mesh: Mesh) -> MeshCheck:
+    """Looks a mesh over, in object space."""
+    used = referenced_vertices(mesh.faces, len(mesh.positions))
+    extent = np.ptp(mesh.positions[used], axis=0) if used.any() else np.zeros(3)
+    diagonals = np.full(len(mesh.faces), float(np.linalg.norm(extent)))
+    points, slivers = lacking_surface(mesh.positions[mesh.faces], diagonals)
+    welded = weld_positions(mesh.positions)[mesh.faces]
+    coincident = coincident_of_welded(welded)
+    inconsistent, non_manifold = _count_edges(welded, coincident.repeated | points)
+    return MeshCheck(
+        zero_area_faces=int(points.sum()),
+        sliver_faces=int(slivers.sum()),
+        duplicate_faces=int(coincident.duplicate.sum()),
+        opposed_faces=int(coincident.opposed.sum()),
+        unreferenced_vertices=int(len(used) - used.sum()),
+        inconsistent_edges=inconsistent,
+        non_manifold_edges=non_manifold,
+        opposing_normals=int(opposing_normals(mesh.positions, mesh.normals, mesh.faces).sum()),
+    )
+
+
+def _count_edges(welded: Int64Array, left_out: BoolArray) -> tuple[int, int]:
+    """Edges that two faces run along in the same direction, and edges of more than two faces."""
+    kept = welded[~left_out]
+    start, end = kept.reshape(-1), np.roll(kept, -1, axis=1).reshape(-1)
+    proper = start != end
+    start, end = start[proper], end[proper]
+    _, edge, counts = np.unique(edge_keys(start, end), return_inverse=True, return_counts=True)
+    forward = np.bincount(edge.reshape(-1), weights=start < end, minlength=len(counts))
+    inconsistent = (counts == 2) & (forward != 1)
+    return int(inconsistent.sum()), int((counts > 2).sum())
