@@ -49,7 +49,7 @@ def exhibits() -> list[Exhibit]:
             "buried-in-geometry",
             defects.buried(),
             "Post",
-            (0.1502, 0.56, 0.0),
+            (0.15, 0.68, 0.0),
             {"kind": "two-sided", "object": "Mound", "key": "two_sided", "value": False},
             "The lower part of the post's tall faces lies in a mound marked two-sided, so that the samples in there "
             "count as dark instead of invalid and pull the visible part down.",
@@ -92,8 +92,8 @@ def exhibits() -> list[Exhibit]:
             "starved-of-samples",
             defects.starved(),
             "Spike",
-            (0.0, 0.8, 0.0),
-            {"kind": "samples", "object": "Spike", "key": "samples", "value": 512},
+            (0.0, 0.77, 0.0),
+            {"kind": "samples", "object": "Spike", "key": "samples", "value": 1024},
             "Only the tip of the spike shows, so little of its faces that every sample falls into the solid below; "
             "the tip is filled from the dark hollow in which the spike begins.",
             {},
@@ -103,8 +103,8 @@ def exhibits() -> list[Exhibit]:
             "sliver-overshoot",
             defects.sliver_overshoot(),
             "Table",
-            (0.0, 0.12, 0.02),
-            {"kind": "alpha", "object": "Table", "key": "alpha", "value": 1.0},
+            (0.0, 0.12, 0.03),
+            {"kind": "alpha", "object": "Table", "key": "alpha", "value": 0.2},
             "Needle triangles between two large ones: their inner vertices belong to nothing else and must make up "
             "for all that the large triangles cannot follow.",
             {},
@@ -116,7 +116,7 @@ def exhibits() -> list[Exhibit]:
             "TileB",
             (0.01, 0.12, 0.0),
             {"kind": "weld", "object": "Tile*", "key": "weld", "value": True},
-            "Two tiles meet with a gap of 0.06 mm and share no vertices; the coarse one is dark up to the seam.",
+            "Two tiles meet with a gap of 0.06 mm and share no vertices: the canopy's shade ends in a hard line.",
             {"TileB": (6e-5, 0.0, 0.0)},
         ),
         Exhibit(
@@ -134,7 +134,7 @@ def exhibits() -> list[Exhibit]:
             "true-crevice",
             defects.true_crevice(),
             "Blocks",
-            (0.0251, 0.3, 0.1),
+            (0.025, 0.3, 0.1),
             {"kind": "none"},
             "Nothing is wrong here: the gap between the blocks is 5 cm wide.",
             {},

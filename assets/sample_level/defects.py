@@ -14,7 +14,7 @@ Parts = dict[str, tuple[Part, ...]]
 def buried() -> Parts:
     """A post of tall single faces in a mound whose material is two-sided."""
     post = lattice(np.array([-0.15, 0.15]), np.array([-0.02, 1.0]), np.array([-0.15, 0.15]))
-    mound = boulder(3, (0.52, 0.45, 0.52), 0.05, 801)
+    mound = boulder(3, (0.55, 0.6, 0.55), 0.05, 801)
     return {"Post": (shaded(post, "Defect"),), "Mound": (shaded(mound, "DefectTwoSided", crease=80.0),)}
 
 
@@ -52,38 +52,37 @@ def starved() -> Parts:
     """A spike that begins in a dark hollow, runs through a thick solid and shows only its tip."""
     blocks = [Block(SOLID, (-0.6, -0.01, -0.6), (0.6, 0.74, 0.6)), Block("Hollow", (-0.5, 0.03, -0.5), (0.5, 0.3, 0.5))]
     drum = joined(*surfaces(blocks, "Outside", 0.2, 0.1).values())
-    spike = revolved([(0.0, 0.06), (0.4, 0.08), (0.42, 0.2), (0.36, 0.32), (0.0, 0.8)], 6)
-    return {"Drum": (shaded(drum, "Stone"),), "Spike": (shaded(spike, "Defect", crease=80.0),)}
+    spike = revolved([(0.0, 0.06), (0.45, 0.08), (0.47, 0.2), (0.4, 0.32), (0.0, 0.77)], 4)
+    return {"Drum": (shaded(drum, "Stone"),), "Spike": (shaded(spike, "Defect", crease=170.0),)}
 
 
 def sliver_overshoot() -> Parts:
-    """A table top of two large triangle pairs with a band of needles between them, under a bar."""
-    width, half = 0.7, 0.02
-    corners = [(-width, -0.6), (width, -0.6), (width, -half), (-width, -half)]
-    corners += [(-width, half), (width, half), (width, 0.6), (-width, 0.6)]
-    inner = [(-0.35, half), (0.0, -half), (0.35, half)]
-    flat = np.array([*corners, *inner])
+    """A table top of two large panels with three needles between them, under a rail that shades little but these."""
+    wide, deep, strip = 0.7, 0.6, 0.03
+    a, b, c, d = (-wide, 0.0), (wide, 0.0), (wide, strip), (-wide, strip)
+    flat = np.array([a, b, c, d, (0.0, strip), (-wide, -deep), (wide, -deep), (wide, deep), (-wide, deep)])
     positions = np.column_stack([flat[:, 0], np.full(len(flat), 0.12), flat[:, 1]])
-    large = [(0, 2, 1), (0, 3, 2), (4, 6, 5), (4, 7, 6)]
-    needles = [(3, 4, 8), (3, 8, 9), (8, 10, 9), (9, 10, 2), (10, 5, 2)]
-    faces = np.array(large + needles)
+    needles = [(0, 4, 1), (0, 3, 4), (4, 2, 1)]
+    panels = [(5, 0, 1), (5, 1, 6), (3, 8, 7), (3, 7, 2)]
+    faces = np.array(needles + panels)
     top = with_normals(Solid(positions, faces), np.broadcast_to([0.0, 1.0, 0.0], positions.shape), "Defect")
-    body = box((-width, -0.01, -0.6), (width, 0.105, 0.6), 0.4)
-    bar = box((-0.12, 0.16, -0.5), (0.12, 0.4, 0.5), 0.2, 0.08)
-    return {"Table": (top,), "Body": (shaded(body, "Wood"),), "Bar": (shaded(bar, "Wood"),)}
+    body = box((-wide, -0.01, -deep), (wide, 0.105, deep), 0.4)
+    rail = [box((-0.72, 0.16, -0.025), (0.72, 0.22, 0.055), 0.2, 0.08)]
+    rail += [box((x, -0.01, -0.03), (x + 0.04, 0.21, 0.06), 0.2, 0.08) for x in (-0.75, 0.71)]
+    return {"Table": (top,), "Body": (shaded(body, "Wood"),), "Rail": (shaded(joined(*rail), "Wood"),)}
 
 
 def split_seam() -> Parts:
-    """A fine and a coarse tile side by side; a bridge over the coarse one."""
+    """Two tiles side by side; a low canopy over the second one begins at the seam."""
     zs = graded(-0.6, 0.6, 0.15)
-    fine = lattice(graded(-0.72, 0.0, 0.12), np.array([-0.01, 0.12]), zs)
-    coarse = lattice(np.array([0.0, 0.72]), np.array([-0.01, 0.12]), zs)
-    bridge = [box((0.3, 0.17, -0.7), (0.66, 0.4, 0.7), 0.2, 0.1)]
-    bridge += [box((0.31, -0.01, z), (0.65, 0.2, z + 0.08), 0.2, 0.1) for z in (-0.69, 0.61)]
+    first = lattice(np.array([-0.72, 0.0]), np.array([-0.01, 0.12]), zs)
+    second = lattice(np.array([0.0, 0.72]), np.array([-0.01, 0.12]), zs)
+    canopy = [box((0.0, 0.24, -0.7), (0.78, 0.5, 0.7), 0.2, 0.08), box((0.7, -0.01, -0.7), (0.78, 0.3, 0.7), 0.2, 0.1)]
+    canopy += [box((0.02, -0.01, z), (0.77, 0.3, z + 0.08), 0.2, 0.1) for z in (-0.69, 0.61)]
     return {
-        "TileA": (shaded(fine, "Defect"),),
-        "TileB": (shaded(coarse, "Defect"),),
-        "Bridge": (shaded(joined(*bridge), "Stone"),),
+        "TileA": (shaded(first, "Defect"),),
+        "TileB": (shaded(second, "Defect"),),
+        "Canopy": (shaded(joined(*canopy), "Stone"),),
     }
 
 
