@@ -25,6 +25,6 @@ def option_words(option: str, value: object) -> list[str]:
         return [f"--{option}"] if value else [f"--no-{option}"]
     if isinstance(value, list):
         separator = ":" if option == "samples-per-face" else ","
-        value = separator.join(f"{item:g}" if isinstance(item, float) else str(item) for item in value)
+        value = separator.join(str(item).removesuffix(".0") for item in value)
     # With an equals sign, so that a value such as -y:100:0.03 is not taken for an option.
     return [f"--{option}={value}"] if str(value).startswith("-") else [f"--{option}", str(value)]

@@ -9,7 +9,7 @@ import numpy as np
 
 from app.events import Event
 from bake.settings import BakeSettings, MappingKind
-from bake.types import BakeResult, BoolArray, Finding, Float64Array, VertexField, World
+from bake.types import BakeResult, BoolArray, Finding, Float64Array, Role, VertexField, World
 from viewer.display import Display, shown_field
 from viewer.fields import Quantity, SurfaceField
 from viewer.histogram import vertex_areas
@@ -54,6 +54,7 @@ class Document:
         self.selected = -1
         self.pinned: Readout | None = None
         self._areas: Float64Array | None = None
+        self._shown: tuple[tuple[object, ...], SurfaceField | None] = ((), None)
 
         self.opened: Event[[]] = Event()
         self.world_changed: Event[[]] = Event()
@@ -97,7 +98,8 @@ class Document:
         """Shows geometry, without values."""
         self.world = world
         self._areas = None
-        self.visible = np.ones(world.object_count, bool)
+        # Lower LODs lie in the same place as what they stand for.
+        self.visible = np.array([role not in (Role.LOD, Role.IGNORE) for role in world.object_roles], bool)
         self.selected, self.pinned = -1, None
         self.result = self.field = self.other = None
         self.world_changed.emit()
@@ -172,7 +174,17 @@ class Document:
         """The numbers that the display asks for; None for plain geometry."""
         if self.result is None or self.field is None:
             return None
-        return shown_field(self.display, self.result, self.field, self.other)
+        look = self.display
+        key = (self.result, self.field, self.other, look.quantity, look.column, look.short_share, look.curve)
+        known = self._shown[0]
+        # By identity: comparing results by value would compare their arrays.
+        if (
+            len(known) != len(key)
+            or any(a is not b and a != b for a, b in zip(known[3:], key[3:], strict=True))
+            or any(a is not b for a, b in zip(known[:3], key[:3], strict=True))
+        ):
+            self._shown = (key, shown_field(look, self.result, self.field, self.other))
+        return self._shown[1]
 
     def vertex_areas(self) -> Float64Array:
         """Area weights of the world's vertices, computed once."""

@@ -132,15 +132,16 @@ class Engine(QObject):
         self._submit(BakeJob(self._last_id, str(scene), str(result), settings.to_json()))
         return self._last_id
 
-    def solve(self, result: Path, settings: BakeSettings, vertices: int, columns: int) -> int:
-        """Queues a re-solve of stored samples, instead of one that waits; returns its number."""
-        for job in [job for job in self._pending if isinstance(job, SolveJob)]:
+    def solve(self, purpose: str, result: Path, settings: BakeSettings, vertices: int, columns: int) -> int:
+        """Queues a re-solve of stored samples, instead of one of the same purpose that waits; returns its number."""
+        for job in [job for job in self._pending if isinstance(job, SolveJob) and job.purpose == purpose]:
             self._pending.remove(job)
             self._release(job)
         self._last_id += 1
         memory = SharedMemory(create=True, size=field_bytes(vertices, columns))
         self._memories[self._last_id] = memory
-        self._submit(SolveJob(self._last_id, str(result), settings.to_json(), memory.name, vertices, columns))
+        options = settings.to_json()
+        self._submit(SolveJob(self._last_id, purpose, str(result), options, memory.name, vertices, columns))
         return self._last_id
 
     def cancel(self) -> None:

@@ -29,10 +29,11 @@ class SolveJob:
     """Map the stored samples of a result to its vertices again, without tracing.
 
     The values go to the shared memory `memory`: AO of shape (vertices, columns) float32, then states of shape
-    (vertices,) uint8.
+    (vertices,) uint8. Of jobs that wait, a later one replaces an earlier one of the same `purpose`.
     """
 
     id: int
+    purpose: str
     result: str
     options: Mapping[str, Any]
     memory: str

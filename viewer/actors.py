@@ -20,7 +20,7 @@ from viewer.tone import BAYER, GAME_BITS
 EDGE_COLOR = (0.09, 0.11, 0.14)
 
 _LEVELS = 1 << GAME_BITS
-# Vertex colours then carry the value in red, "not baked" in green and "missing" in blue.
+# Vertex colours then carry the value in red, the relief of what is not baked in green and "missing" in blue.
 _GAME_SHADER = f"""//VTK::Color::Impl
   if (obscuraGame == 1) {{
     const float bayer[16] = float[16]({", ".join(f"{value}.0" for value in BAYER.ravel())});
@@ -28,7 +28,8 @@ _GAME_SHADER = f"""//VTK::Color::Impl
     float threshold = (bayer[pixel.y * 4 + pixel.x] + 0.5) / 16.0;
     int code = clamp(int(floor(vertexColorVSOutput.r * {_LEVELS - 1}.0 + threshold)), 0, {_LEVELS - 1});
     diffuseColor = vec3(obscuraColors[3 * code], obscuraColors[3 * code + 1], obscuraColors[3 * code + 2]);
-    if (vertexColorVSOutput.g > 0.5) diffuseColor = vec3({", ".join(f"{c / 255:.5f}" for c in NOT_BAKED_COLOR)});
+    if (vertexColorVSOutput.g > 0.25)
+      diffuseColor = vertexColorVSOutput.g * vec3({", ".join(f"{c / 255:.5f}" for c in NOT_BAKED_COLOR)});
     if (vertexColorVSOutput.b > 0.5) diffuseColor = vec3({", ".join(f"{c / 255:.5f}" for c in INVALID_COLOR)});
     ambientColor = obscuraAmbient * diffuseColor;
     diffuseColor = (1.0 - obscuraAmbient) * diffuseColor;
@@ -86,6 +87,7 @@ class SurfaceActor:
         look = self.actor.GetProperty()
         look.SetInterpolationToFlat()
         look.SetEdgeColor(*EDGE_COLOR)
+        look.SetEdgeOpacity(0.4)
         look.SetLineWidth(1.0)
         self.set_shading(1.0)
 
@@ -102,7 +104,13 @@ class SurfaceActor:
         self._uniforms.SetUniformi("obscuraGame", 0)
 
     def set_game_values(
-        self, values: Float32Array, not_baked: BoolArray, color_map: ColorMap, low: float, high: float
+        self,
+        values: Float32Array,
+        not_baked: BoolArray,
+        color_map: ColorMap,
+        low: float,
+        high: float,
+        relief: Float32Array | None = None,
     ) -> None:
         """Draws values as the game stores them: quantised with ordered dither per pixel.
 
@@ -110,10 +118,11 @@ class SurfaceActor:
             values: Shape (n,), in [0, 1]; NaN is missing.
             not_baked: Shape (n,), bool.
             color_map, low, high: How the stored codes are coloured.
+            relief: Shape (n,), in [0.5, 1]: brightness of what is not baked.
         """
         missing = np.isnan(values)
         self._colors[:, 0] = np.round(np.clip(np.where(missing, 0.0, values), 0.0, 1.0) * 255.0)
-        self._colors[:, 1] = np.where(not_baked, 255, 0)
+        self._colors[:, 1] = np.where(not_baked, 255.0 if relief is None else 255.0 * relief, 0.0)
         self._colors[:, 2] = np.where(missing & ~not_baked, 255, 0)
         self._scalars.Modified()
         self._data.Modified()

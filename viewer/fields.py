@@ -43,16 +43,32 @@ class SurfaceField:
     color_map: ColorMap = GREY
     unit: str = ""
 
-    def colors(self, color_map: ColorMap, low: float, high: float) -> UInt8Array:
-        """Vertex colours, shape (n, 3), uint8: magenta where a value is missing, slate where none is due."""
+    def colors(self, color_map: ColorMap, low: float, high: float, relief: Float32Array | None = None) -> UInt8Array:
+        """Vertex colours, shape (n, 3), uint8: magenta where a value is missing, slate where none is due.
+
+        Args:
+            color_map: For the values.
+            low, high: Ends of the map.
+            relief: Shape (n,), in [0, 1]: brightness of the slate, so that shapes without values can be read.
+        """
         colors = color_map.colors(self.values, low, high)
-        colors[self.not_baked] = NOT_BAKED_COLOR
+        slate = np.array(NOT_BAKED_COLOR, np.float32)
+        if relief is None:
+            colors[self.not_baked] = NOT_BAKED_COLOR
+        else:
+            colors[self.not_baked] = (relief[self.not_baked, None] * slate).astype(np.uint8)
         return colors
 
     @property
     def missing_count(self) -> int:
         """Vertices without a value that should have one."""
         return int(np.count_nonzero(np.isnan(self.values) & ~self.not_baked))
+
+
+def relief_of(normals: Float32Array) -> Float32Array:
+    """Brightness under a fixed light, shape (n,), in [0.5, 1], for surfaces that have nothing else to show."""
+    light = np.array([0.45, 0.75, 0.48], np.float32)
+    return (0.75 + 0.25 * np.clip(np.asarray(normals) @ light, -1.0, 1.0)).astype(np.float32)
 
 
 def distance_label(metres: float) -> str:

@@ -1,0 +1,71 @@
+"""Questions to the user that need a dialog."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PyQt6.QtWidgets import QFileDialog, QMessageBox, QWidget
+
+from app.actions import keys_text
+from bake import __version__
+
+SCENE_FILTER = "Scenes (*.glb *.gltf *.obj *.ply);;All files (*)"
+
+
+def ask_for_scene(parent: QWidget, start: Path) -> Path | None:
+    """A scene file to open."""
+    name, _ = QFileDialog.getOpenFileName(parent, "Open scene", str(start), SCENE_FILTER)
+    return Path(name) if name else None
+
+
+def ask_for_result(parent: QWidget, start: Path) -> Path | None:
+    """A result folder to open."""
+    name = QFileDialog.getExistingDirectory(parent, "Open result folder", str(start))
+    return Path(name) if name else None
+
+
+def ask_where_to_save(parent: QWidget, suggestion: Path) -> Path | None:
+    """A folder, yet to be made, for a copy of the result."""
+    name, _ = QFileDialog.getSaveFileName(parent, "Save result as a new folder", str(suggestion))
+    return Path(name) if name else None
+
+
+def ask_for_picture(parent: QWidget, suggestion: Path) -> Path | None:
+    """A PNG file for the view."""
+    name, _ = QFileDialog.getSaveFileName(parent, "Save picture", str(suggestion), "PNG (*.png)")
+    if not name:
+        return None
+    path = Path(name)
+    return path if path.suffix else path.with_suffix(".png")
+
+
+def may_drop_bake(parent: QWidget, minutes: float) -> bool:
+    """Whether a bake that runs for a while may be thrown away."""
+    answer = QMessageBox.question(
+        parent,
+        "A bake is running",
+        f"The bake has been running for {minutes:.0f} min. Quit and lose it?\nStored results stay as they are.",
+        QMessageBox.StandardButton.Discard | QMessageBox.StandardButton.Cancel,
+        QMessageBox.StandardButton.Cancel,
+    )
+    return answer == QMessageBox.StandardButton.Discard
+
+
+def show_keys(parent: QWidget) -> None:
+    """What keys and mouse do; stays open beside the work."""
+    _show(parent, "Keys and mouse", keys_text())
+
+
+def show_about(parent: QWidget) -> None:
+    """Version and licence."""
+    text = (
+        f"<h3>Obscura {__version__}</h3><p>Bakes ambient obscurance for game levels and explains every value.</p>"
+        "<p>Free software under the GNU General Public License, version 3.</p>"
+    )
+    _show(parent, "About Obscura", text)
+
+
+def _show(parent: QWidget, title: str, text: str) -> None:
+    box = QMessageBox(QMessageBox.Icon.NoIcon, title, text, QMessageBox.StandardButton.Close, parent)
+    box.setModal(False)
+    box.show()

@@ -1,0 +1,104 @@
+"""The log of window and engine, with levels."""
+
+from __future__ import annotations
+
+import html
+import logging
+import time
+
+from PyQt6.QtCore import QObject, pyqtSignal
+from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPlainTextEdit, QPushButton, QVBoxLayout, QWidget
+
+_MOST_LINES = 5000
+_LEVELS = (("Everything", logging.DEBUG), ("Information", logging.INFO), ("Warnings", logging.WARNING))
+_COLORS = {logging.WARNING: "#c77700", logging.ERROR: "#d8404a", logging.CRITICAL: "#d8404a"}
+
+
+class LogPanel(QWidget):
+    """Keeps the last lines; the chosen level filters what is shown, not what is kept."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._lines: list[tuple[int, str]] = []
+        self._text = QPlainTextEdit()
+        self._text.setReadOnly(True)
+        self._text.setMaximumBlockCount(_MOST_LINES)
+        self._text.setLineWrapMode(QPlainTextEdit.LineWrapMode.WidgetWidth)
+        self._level = QComboBox()
+        for title, level in _LEVELS:
+            self._level.addItem(title, level)
+        self._level.setCurrentIndex(1)
+        self._level.setToolTip("Least serious lines to show")
+        self._level.currentIndexChanged.connect(self._refill)
+        clear = QPushButton("Clear")
+        clear.setToolTip("Forget all lines")
+        clear.clicked.connect(self.clear)
+        top = QHBoxLayout()
+        top.addWidget(QLabel("Show"))
+        top.addWidget(self._level)
+        top.addStretch(1)
+        top.addWidget(clear)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(4, 4, 4, 4)
+        layout.addLayout(top)
+        layout.addWidget(self._text, 1)
+
+    def add(self, level: int, source: str, text: str) -> None:
+        """Appends a line."""
+        line = f"{time.strftime('%H:%M:%S')}  {logging.getLevelName(level).lower():<8}  {source}: {text}"
+        self._lines.append((level, line))
+        del self._lines[:-_MOST_LINES]
+        if level >= self._level.currentData():
+            self._append(level, line)
+
+    def clear(self) -> None:
+        """Forgets all lines."""
+        self._lines.clear()
+        self._text.clear()
+
+    def text(self) -> str:
+        """The lines shown."""
+        return self._text.toPlainText()
+
+    def _append(self, level: int, line: str) -> None:
+        escaped = html.escape(line).replace("\n", "<br/>")
+        color = _COLORS.get(level)
+        style = "white-space: pre-wrap;" + (f" color: {color};" if color else "")
+        self._text.appendHtml(f'<span style="{style}">{escaped}</span>')
+
+    def _refill(self) -> None:
+        self._text.clear()
+        for level, line in self._lines:
+            if level >= self._level.currentData():
+                self._append(level, line)
+
+
+class LogBridge(QObject):
+    """Brings this process's log records, from any thread, to the thread of the panel."""
+
+    line = pyqtSignal(int, str, str)  # level, logger, text
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._handler = _SignalHandler(self)
+
+    def attach(self) -> None:
+        """Starts listening to the root logger."""
+        logging.getLogger().addHandler(self._handler)
+
+    def detach(self) -> None:
+        """Stops listening."""
+        logging.getLogger().removeHandler(self._handler)
+
+
+class _SignalHandler(logging.Handler):
+    def __init__(self, bridge: LogBridge) -> None:
+        super().__init__(logging.INFO)
+        self._bridge = bridge
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Hands one record over."""
+        try:
+            self._bridge.line.emit(record.levelno, record.name.rsplit(".", 1)[-1], self.format(record))
+        except RuntimeError:
+            logging.getLogger().removeHandler(self)  # the window is gone

@@ -1,0 +1,84 @@
+"""The middle of the window: one viewport, or two side by side on one camera."""
+
+from __future__ import annotations
+
+from PyQt6.QtCore import Qt
+from PyQt6.QtGui import QImage, QPainter
+from PyQt6.QtWidgets import QSplitter, QVBoxLayout, QWidget
+
+from app.lazy_picker import LazyPicker
+from app.viewport import Viewport
+from viewer.camera import Camera
+
+
+class ViewArea(QWidget):
+    """Owns the viewports. The second one exists only while two things are compared."""
+
+    def __init__(self, picker: LazyPicker, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._picker = picker
+        self._splitter = QSplitter(Qt.Orientation.Horizontal)
+        self._splitter.setChildrenCollapsible(False)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self._splitter)
+        self.main = Viewport(picker)
+        self.other: Viewport | None = None
+        self._splitter.addWidget(self.main)
+        self.main.camera_changed.connect(self._follow_main)
+
+    @property
+    def viewports(self) -> list[Viewport]:
+        """The viewports from left to right."""
+        return [self.main] if self.other is None else [self.main, self.other]
+
+    def split(self) -> Viewport:
+        """Opens the second viewport with the first one's camera; returns it."""
+        if self.other is None:
+            self.other = Viewport(self._picker)
+            self.other.camera_changed.connect(self._follow_other)
+            self._splitter.addWidget(self.other)
+            half = max(self._splitter.width() // 2, 1)
+            self._splitter.setSizes([half, half])
+            self.other.set_camera(self.main.camera)
+        return self.other
+
+    def unsplit(self) -> None:
+        """Closes the second viewport."""
+        if self.other is not None:
+            self.other.close_view()
+            self.other.setParent(None)
+            self.other.deleteLater()
+            self.other = None
+
+    def picture(self) -> QImage:
+        """All viewports as drawn, side by side."""
+        pictures = [viewport.picture() for viewport in self.viewports]
+        if len(pictures) == 1:
+            return pictures[0]
+        gap = 2
+        width = sum(picture.width() for picture in pictures) + gap * (len(pictures) - 1)
+        image = QImage(width, max(picture.height() for picture in pictures), QImage.Format.Format_RGB32)
+        image.fill(Qt.GlobalColor.black)
+        painter = QPainter(image)
+        x = 0
+        for picture in pictures:
+            ratio = picture.devicePixelRatio()
+            picture.setDevicePixelRatio(1.0)
+            painter.drawImage(x, 0, picture)
+            x += picture.width() + gap
+            picture.setDevicePixelRatio(ratio)
+        painter.end()
+        return image
+
+    def close_views(self) -> None:
+        """Frees VTK's side of all viewports; must precede the end of the window."""
+        self.unsplit()
+        self.main.close_view()
+
+    def _follow_main(self, camera: Camera) -> None:
+        if self.other is not None:
+            self.other.set_camera(camera)
+
+    def _follow_other(self, camera: Camera) -> None:
+        self.main.set_camera(camera)

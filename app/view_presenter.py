@@ -1,0 +1,165 @@
+"""Draws the document: follows its events and tells the viewports what to show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from app.document import Document
+from app.viewport import Viewport
+from bake.types import VertexField, VertexState
+from viewer.display import shown_field
+from viewer.fields import Quantity, distance_label
+from viewer.overlays import OverlayPoints, all_sample_points, invalid_sample_points, vertices_in_state
+from viewer.tone import GAME_BITS
+
+
+@dataclass(frozen=True, slots=True)
+class Overlays:
+    """Which marks are drawn, and how large in pixels."""
+
+    invalid: bool = False
+    filled: bool = False
+    unreferenced: bool = False
+    samples: bool = False
+    size: int = 5
+
+
+class ViewPresenter:
+    """Keeps viewports in step with a document.
+
+    Args:
+        document: What is shown.
+        viewports: The first shows the document's field, the second, if there is one, that of the other mapping.
+    """
+
+    def __init__(self, document: Document, viewports: Sequence[Viewport]) -> None:
+        self._document = document
+        self._viewports = list(viewports)
+        self._overlays = Overlays()
+        self.drawn_note = ""
+        """What was left out of the marks; empty if nothing."""
+        document.world_changed.connect(self._on_world)
+        document.field_changed.connect(self._on_field)
+        document.display_changed.connect(self._on_display)
+        document.threshold_changed.connect(self._draw_overlays)
+        document.visibility_changed.connect(self._on_visibility)
+        document.selection_changed.connect(self._on_selection)
+
+    def set_overlays(self, overlays: Overlays) -> None:
+        """Changes which marks are drawn."""
+        self._overlays = overlays
+        self._draw_overlays()
+
+    def add_viewport(self, viewport: Viewport) -> None:
+        """Shows the document in one more viewport."""
+        self._viewports.append(viewport)
+        viewport.set_world(self._document.world)
+        viewport.set_visible_faces(self._document.face_visible())
+        self._draw()
+        self._draw_overlays()
+        self._on_selection()
+
+    def remove_viewport(self, viewport: Viewport) -> None:
+        """Leaves a viewport alone from now on."""
+        self._viewports.remove(viewport)
+        self._draw()
+
+    def close(self) -> None:
+        """Stops following the document."""
+        document = self._document
+        document.world_changed.disconnect(self._on_world)
+        document.field_changed.disconnect(self._on_field)
+        document.display_changed.disconnect(self._on_display)
+        document.threshold_changed.disconnect(self._draw_overlays)
+        document.visibility_changed.disconnect(self._on_visibility)
+        document.selection_changed.disconnect(self._on_selection)
+
+    def _on_world(self) -> None:
+        visible = self._document.face_visible()
+        for viewport in self._viewports:
+            viewport.set_world(self._document.world)
+            viewport.set_visible_faces(visible)
+
+    def _on_field(self) -> None:
+        self._draw()
+        self._draw_overlays()
+
+    def _on_display(self) -> None:
+        self._draw()
+        if self._overlays.samples:
+            self._draw_overlays()
+
+    def _on_visibility(self) -> None:
+        visible = self._document.face_visible()
+        for viewport in self._viewports:
+            viewport.set_visible_faces(visible)
+
+    def _on_selection(self) -> None:
+        bounds = self._document.object_bounds(self._document.selected)
+        for viewport in self._viewports:
+            viewport.set_box(bounds)
+
+    def _draw(self) -> None:
+        document = self._document
+        comparing = len(self._viewports) > 1
+        for number, viewport in enumerate(self._viewports):
+            field = document.field if number == 0 else document.other
+            display = document.display
+            if number == 1 and display.quantity is Quantity.DIFFERENCE:
+                display = display.replaced(quantity=Quantity.DISTANCE)
+            shown = None
+            if document.result is not None and field is not None:
+                shown = shown_field(display, document.result, field, document.other)
+            viewport.set_field(shown, display, self._note())
+            viewport.set_caption(self._caption(number, field) if comparing else "")
+
+    def _note(self) -> str:
+        document = self._document
+        parts = []
+        if document.display.game and document.display.quantity is not Quantity.DIFFERENCE:
+            parts.append(f"{GAME_BITS} bits, dithered")
+        if document.is_preview:
+            parts.append(f"threshold {document.threshold:.1%}, not stored")
+        return ", ".join(parts)
+
+    def _caption(self, number: int, field: VertexField | None) -> str:
+        document = self._document
+        if document.result is None:
+            return ""
+        kind = document.result.settings.mapping if number == 0 else document.other_mapping()
+        name = kind.value.replace("-", " ").replace("average", "weighted average").capitalize()
+        if field is None:
+            return f"{name}: solving …"
+        labels = map(distance_label, document.result.settings.column_distances)
+        errors = ", ".join(f"{error:.4f} at {label}" for error, label in zip(field.report.rmse, labels, strict=True))
+        return f"{name}   ·   misses its samples by {errors} (RMS)"
+
+    def _draw_overlays(self) -> None:
+        document, wanted = self._document, self._overlays
+        result, field, world = document.result, document.field, document.world
+        points: dict[str, OverlayPoints | None] = dict.fromkeys(("samples", "invalid", "filled", "unreferenced"))
+        if result is not None and field is not None and world is not None:
+            if wanted.samples:
+                points["samples"] = all_sample_points(world, result.samples, result.tally, self._column())
+            if wanted.invalid:
+                points["invalid"] = invalid_sample_points(world, result.samples, result.tally, document.threshold)
+            if wanted.filled:
+                points["filled"] = vertices_in_state(world, field, VertexState.FILLED)
+            if wanted.unreferenced:
+                points["unreferenced"] = vertices_in_state(world, field, VertexState.UNREFERENCED)
+        self.drawn_note = "\n".join(
+            f"{len(drawn.positions):,} of {drawn.total:,} {name} marks are drawn"
+            for name, drawn in points.items()
+            if drawn is not None and len(drawn.positions) < drawn.total
+        )
+        for viewport in self._viewports:
+            for name, drawn in points.items():
+                viewport.set_points(name, drawn, wanted.size if name != "samples" else max(wanted.size - 2, 1))
+
+    def _column(self) -> int:
+        display, result = self._document.display, self._document.result
+        if display.quantity is Quantity.DISTANCE or result is None:
+            return display.column
+        distances = result.settings.column_distances
+        return distances.index(max(distances))

@@ -1,0 +1,241 @@
+"""One 3D view of the document: surface, marks, camera, legend, and the point under the cursor."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from PyQt6.QtCore import QPointF, Qt, QTimer, pyqtSignal
+from PyQt6.QtGui import QImage, QPainter
+from PyQt6.QtWidgets import QLabel, QVBoxLayout, QWidget
+
+from app.elided_label import ElidedLabel
+from app.gl_view import GLView
+from app.lazy_picker import LazyPicker
+from app.legend import Legend
+from app.navigation import Navigation
+from bake.types import BoolArray, Float32Array, Float64Array, World
+from viewer.actors import SurfaceActor
+from viewer.camera import Camera
+from viewer.colormaps import GEOMETRY_COLOR
+from viewer.display import Display
+from viewer.fields import SurfaceField, relief_of
+from viewer.markers import BoxActor, PointsActor
+from viewer.overlays import OverlayPoints
+from viewer.picking import Pick
+
+HOVER_MS = 16
+_SHADING = 0.45
+_MARGIN = 10
+
+
+class Viewport(QWidget):
+    """Shows what it is told; tells where the cursor is.
+
+    Args:
+        picker: Shared by the views of a window.
+        parent: Qt parent.
+    """
+
+    hovered = pyqtSignal(object)  # Pick or None
+    clicked = pyqtSignal(object)  # Pick or None
+    camera_changed = pyqtSignal(object)  # Camera
+
+    def __init__(self, picker: LazyPicker, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._picker = picker
+        self._surface: SurfaceActor | None = None
+        self._points: dict[str, PointsActor] = {}
+        self._display = Display()
+        self._relief: Float32Array | None = None
+        self._bounds = np.array([[-1.0] * 3, [1.0] * 3])
+        self._hover: QPointF | None = None
+
+        self.caption = ElidedLabel(alignment=Qt.AlignmentFlag.AlignHCenter)
+        self.caption.setContentsMargins(6, 2, 6, 2)
+        self.caption.setAutoFillBackground(True)  # it appears where OpenGL was drawn before
+        self.caption.hide()
+        self.view = GLView(self)
+        self.legend = Legend(self.view)
+        self.hint = QLabel("Drop a scene here, or open one with Ctrl+O", self.view)
+        self.hint.setStyleSheet("color: #d8d9da; background: transparent; font-size: 15px;")
+        self.hint.adjustSize()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self.caption)
+        layout.addWidget(self.view, 1)
+
+        self._box = BoxActor((1.0, 0.62, 0.12))
+        self.view.renderer.AddActor(self._box.actor)
+        self.navigation = Navigation(self.view, self.pick_at)
+        self.navigation.camera_changed.connect(self._on_camera)
+        self.navigation.clicked.connect(lambda position: self.clicked.emit(self.pick_at(position)))
+        self.navigation.hovered.connect(self._on_hover)
+        self.view.mouse_left.connect(self._on_leave)
+        self.view.resized.connect(self._place_children)
+        self.view.first_painted.connect(self._on_first_paint)
+        self._hover_timer = QTimer(self)
+        self._hover_timer.setSingleShot(True)
+        self._hover_timer.timeout.connect(self._emit_hover)
+
+    @property
+    def camera(self) -> Camera:
+        """Where the view stands."""
+        return self.navigation.camera
+
+    def set_caption(self, text: str) -> None:
+        """A line above the picture; empty hides it."""
+        self.caption.setText(text)
+        self.caption.setVisible(bool(text))
+
+    def set_world(self, world: World | None) -> None:
+        """Draws geometry in plain grey; None draws nothing."""
+        if self._surface is not None:
+            self.view.renderer.RemoveActor(self._surface.actor)
+            self._surface = None
+        self._box.hide()
+        for points in self._points.values():
+            points.actor.VisibilityOff()
+        self.hint.setVisible(world is None)
+        if world is not None and world.face_count:
+            positions = np.asarray(world.positions)
+            self._bounds = np.stack((positions.min(axis=0), positions.max(axis=0)))
+            self._surface = SurfaceActor(positions, np.asarray(world.faces))
+            self._relief = relief_of(world.normals)
+            self.view.renderer.AddActor(self._surface.actor)
+        self.legend.set_field(None, None, (0.0, 1.0))
+        self._apply_camera()
+
+    def set_field(self, field: SurfaceField | None, display: Display, note: str = "") -> None:
+        """Colours the surface; None shows plain geometry."""
+        self._display = display
+        surface = self._surface
+        if surface is None:
+            self.legend.set_field(None, None, (0.0, 1.0))
+            return
+        surface.set_edges(display.edges)
+        surface.set_back_faces(display.back_faces)
+        if field is None:
+            surface.set_uniform_color(GEOMETRY_COLOR)
+            surface.set_shading(1.0)
+            self.legend.set_field(None, None, (0.0, 1.0))
+        else:
+            color_map, (low, high) = display.map_for(field), display.range_for(field)
+            surface.set_shading(_SHADING if display.shading else 0.0)
+            if display.game and not color_map.diverging:
+                surface.set_game_values(field.values, field.not_baked, color_map, low, high, self._relief)
+            else:
+                surface.set_colors(field.colors(color_map, low, high, self._relief))
+            self.legend.set_field(field, color_map, (low, high), note)
+        self._place_children()
+        self.view.update()
+
+    def set_visible_faces(self, visible: BoolArray | None) -> None:
+        """Draws a subset of the faces."""
+        if self._surface is not None:
+            self._surface.set_visible_faces(visible)
+            self.view.update()
+
+    def set_points(self, name: str, points: OverlayPoints | None, size: float = 5.0) -> None:
+        """Draws marks under a name; None removes them."""
+        if points is None:
+            if name in self._points:
+                self._points[name].actor.VisibilityOff()
+                self.view.update()
+            return
+        if name not in self._points:
+            self._points[name] = PointsActor()
+            self.view.renderer.AddActor(self._points[name].actor)
+        self._points[name].set_size(size)
+        self._points[name].set_points(points.positions, points.colors)
+        self.view.update()
+
+    def set_box(self, bounds: tuple[Float64Array, Float64Array] | None) -> None:
+        """Draws a box around the selected object."""
+        if bounds is None:
+            self._box.hide()
+        else:
+            self._box.set_box(*bounds)
+        self.view.update()
+
+    def set_camera(self, camera: Camera) -> None:
+        """Takes over a camera without telling about it."""
+        self.navigation.camera = camera
+        self._apply_camera()
+
+    def frame(self, low: Float64Array, high: Float64Array, *, fly: bool = True) -> None:
+        """Moves back or closer until a box fills the picture."""
+        camera = self.camera.framed(low, high, self.view.aspect)
+        if fly:
+            self.navigation.fly_to(camera)
+        else:
+            self.navigation.set_camera(camera)
+
+    def pick_at(self, position: QPointF) -> Pick | None:
+        """What is at a position of the view, in its logical pixels."""
+        x = 2.0 * (position.x() + 0.5) / max(self.view.width(), 1) - 1.0
+        y = 1.0 - 2.0 * (position.y() + 0.5) / max(self.view.height(), 1)
+        origin, direction = self.camera.ray(x, y, self.view.aspect)
+        return self._picker.pick(origin, direction, cull_back_faces=not self._display.back_faces)
+
+    def picture(self) -> QImage:
+        """The view as drawn, with its legend."""
+        image = self.view.grabFramebuffer()
+        ratio = self.view.devicePixelRatioF()
+        image.setDevicePixelRatio(ratio)
+        if self.legend.isVisibleTo(self.view):
+            painter = QPainter(image)
+            painter.translate(QPointF(self.legend.pos()))
+            self.legend.paint(painter)
+            painter.end()
+        return image
+
+    def close_view(self) -> None:
+        """Frees VTK's side; must precede the end of the window."""
+        self.navigation.stop()
+        self._hover_timer.stop()
+        self.view.close()
+        self._surface = None
+        self._points.clear()
+
+    def _on_camera(self, camera: Camera) -> None:
+        self._apply_camera()
+        self.camera_changed.emit(camera)
+
+    def _apply_camera(self) -> None:
+        camera, vtk_camera = self.camera, self.view.renderer.GetActiveCamera()
+        eye = camera.eye
+        vtk_camera.SetPosition(*eye)
+        vtk_camera.SetFocalPoint(*camera.focal)
+        vtk_camera.SetViewUp(*camera.up)
+        vtk_camera.SetViewAngle(math.degrees(camera.view_angle))
+        corners = np.array([[self._bounds[bit >> axis & 1][axis] for axis in range(3)] for bit in range(8)])
+        depths = (eye - corners) @ camera.backward
+        far = max(float(depths.max()) * 1.01, camera.distance * 2.0)
+        # As near as the depth buffer allows: a backdrop kilometres away must not cut off what is at hand.
+        near = max(far * 1e-5, min(camera.distance * 0.02, max(float(depths.min()) * 0.99, 0.0) or math.inf))
+        vtk_camera.SetClippingRange(near, far)
+        self.view.update()
+
+    def _on_hover(self, position: QPointF) -> None:
+        self._hover = position
+        if not self._hover_timer.isActive():
+            self._hover_timer.start(HOVER_MS)
+
+    def _emit_hover(self) -> None:
+        if self._hover is not None:
+            self.hovered.emit(self.pick_at(self._hover))
+
+    def _on_leave(self) -> None:
+        self._hover = None
+        self.hovered.emit(None)
+
+    def _on_first_paint(self) -> None:
+        if self.view.is_software:
+            self.view.ren_win.SetMultiSamples(0)
+
+    def _place_children(self) -> None:
+        view = self.view
+        self.legend.move(_MARGIN, view.height() - self.legend.height() - _MARGIN)
+        self.hint.move((view.width() - self.hint.width()) // 2, (view.height() - self.hint.height()) // 2)
