@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,29 +10,11 @@ from bake.errors import SceneError
 from bake.scene.gltf_buffers import GltfBuffers
 from bake.scene.gltf_document import COMPRESSION_ADVICE, GltfDocument
 from bake.scene.gltf_materials import GltfMaterial
+from bake.scene.gltf_merge import Block, Part, merge_parts
 from bake.scene.json_cursor import JsonCursor
-from bake.scene.normals import crease_normals, unit_vectors
+from bake.scene.normals import unit_vectors
 from bake.scene.primitives import MODE_NAMES, TRIANGLES, triangulate
-from bake.types import Finding, Float32Array, Float64Array, Int64Array, Material, Mesh, PrimitiveRange
-
-
-@dataclass(slots=True)
-class _Block:
-    """One set of vertices, used by one primitive or shared by several."""
-
-    positions: Float64Array
-    normals: Float32Array | None
-    uvs: Float32Array | None
-
-
-@dataclass(slots=True)
-class _Part:
-    """One primitive's triangles, indexing the vertices of its block."""
-
-    primitive: int
-    block: int
-    faces: Int64Array
-    material: int
+from bake.types import Finding, Float32Array, Float64Array, Int64Array, Material, Mesh
 
 
 class MeshReader:
@@ -64,8 +45,8 @@ class MeshReader:
         if mesh.has("weights"):
             self._report(path, "morph-targets", 1, "Its morph targets are left out: the rest pose is baked.", "info")
         blocks: dict[tuple[int | bytes, ...], int] = {}
-        contents: list[_Block] = []
-        parts: list[_Part] = []
+        contents: list[Block] = []
+        parts: list[Part] = []
         for number, primitive in enumerate(mesh.get("primitives").items()):
             part = self._part(primitive, number, path, where, blocks, contents)
             if part is not None:
@@ -73,7 +54,11 @@ class MeshReader:
         if not any(len(part.faces) for part in parts):
             return None
         name = mesh.get("name", "").text() or f"mesh_{index}"
-        return self._merge(name, index, path, contents, parts)
+        merged, made = merge_parts(name, index, contents, parts, crease_angle=self._crease_angle)
+        if made:
+            angle = f"{self._crease_angle:g}°"
+            self._report(path, "normals-made", made, f"It has no normals: made with a crease angle of {angle}.", "info")
+        return merged
 
     def _part(
         self,
@@ -82,8 +67,8 @@ class MeshReader:
         path: str,
         where: str,
         blocks: dict[tuple[int | bytes, ...], int],
-        contents: list[_Block],
-    ) -> _Part | None:
+        contents: list[Block],
+    ) -> Part | None:
         mode = primitive.get("mode", TRIANGLES).integer(low=0, high=6)
         if mode < TRIANGLES:
             self._report(path, "not-triangles", 1, f"Primitive {number} is made of {MODE_NAMES[mode]}.", "set-aside")
@@ -108,9 +93,9 @@ class MeshReader:
             contents.append(self._block(attributes, source if textured else None, path, where))
         block = contents[blocks[key]]
         faces = self._faces(primitive, mode, len(block.positions), number, path, where)
-        return _Part(number, blocks[key], faces, material_index)
+        return Part(number, blocks[key], faces, material_index)
 
-    def _block(self, attributes: JsonCursor, textured: GltfMaterial | None, path: str, where: str) -> _Block:
+    def _block(self, attributes: JsonCursor, textured: GltfMaterial | None, path: str, where: str) -> Block:
         positions = self._buffers.floats(attributes.get("POSITION"), 3)
         finite = np.isfinite(positions).all(axis=1)
         if not finite.all():
@@ -133,7 +118,7 @@ class MeshReader:
                 self._buffers.floats, attributes.get(f"TEXCOORD_{textured.uv_set}"), 2, len(positions)
             )
             uvs = self._transformed(np.nan_to_num(stored, nan=0.0, posinf=0.0, neginf=0.0), textured, path)
-        return _Block(positions, normals, uvs)
+        return Block(positions, normals, uvs)
 
     def _matching(
         self, read: Callable[[JsonCursor, int], Float64Array], accessor: JsonCursor, columns: int, count: int
@@ -183,66 +168,6 @@ class MeshReader:
             )
         return faces
 
-    def _merge(self, name: str, index: int, path: str, blocks: list[_Block], parts: list[_Part]) -> Mesh:
-        bare = [number for number, block in enumerate(blocks) if block.normals is None]
-        split = self._split_bare(bare, blocks, parts) if bare else {}
-        if bare:
-            made = sum(len(split[number][0]) for number in bare)
-            angle = f"{self._crease_angle:g}°"
-            self._report(path, "normals-made", made, f"It has no normals: made with a crease angle of {angle}.", "info")
-        sources = [split[i][0] if i in split else np.arange(len(block.positions)) for i, block in enumerate(blocks)]
-        normals = [split[i][1] if i in split else block.normals for i, block in enumerate(blocks)]
-        first = np.concatenate(([0], np.cumsum([len(source) for source in sources])))
-        positions = np.concatenate([block.positions[source] for block, source in zip(blocks, sources, strict=True)])
-        faces = [
-            first[part.block] + (split[part.block][2][part.primitive] if part.block in split else part.faces)
-            for part in parts
-        ]
-        first_face = np.concatenate(([0], np.cumsum([len(part.faces) for part in parts])))
-        return Mesh(
-            name=name,
-            positions=positions,
-            normals=np.concatenate([item for item in normals if item is not None]),
-            faces=np.concatenate(faces).astype(np.int32),
-            face_material=np.repeat([part.material for part in parts], np.diff(first_face)).astype(np.int32),
-            primitives=tuple(
-                PrimitiveRange(
-                    part.primitive,
-                    int(first[part.block]),
-                    int(first[part.block + 1] - first[part.block]),
-                    int(first_face[number]),
-                    len(part.faces),
-                )
-                for number, part in enumerate(parts)
-            ),
-            source_index=index,
-            uvs=_merged_uvs(blocks, sources),
-            source_vertex=np.concatenate(sources).astype(np.int32) if bare else None,
-        )
-
-    def _split_bare(
-        self, bare: list[int], blocks: list[_Block], parts: list[_Part]
-    ) -> dict[int, tuple[Int64Array, Float32Array, dict[int, Int64Array]]]:
-        """Normals for the blocks without: per block its source vertices, normals, and faces by primitive."""
-        offset = np.concatenate(([0], np.cumsum([len(blocks[number].positions) for number in bare])))
-        members = [part for part in parts if part.block in bare]
-        result = crease_normals(
-            np.concatenate([blocks[number].positions for number in bare]),
-            np.concatenate([part.faces + offset[bare.index(part.block)] for part in members]),
-            self._crease_angle,
-        )
-        begins = np.searchsorted(result.source, offset)
-        split: dict[int, tuple[Int64Array, Float32Array, dict[int, Int64Array]]] = {}
-        for order, number in enumerate(bare):
-            span = slice(int(begins[order]), int(begins[order + 1]))
-            split[number] = (result.source[span].astype(np.int64) - offset[order], result.normals[span], {})
-        position = 0
-        for part in members:
-            faces = result.faces[position : position + len(part.faces)].astype(np.int64)
-            split[part.block][2][part.primitive] = faces - begins[bare.index(part.block)]
-            position += len(part.faces)
-        return split
-
     def _material_index(self, primitive: JsonCursor) -> int:
         if not primitive.has("material"):
             return len(self._sources) - 1
@@ -270,14 +195,3 @@ class MeshReader:
 
     def _report(self, path: str, what: str, count: int, detail: str, severity: str = "warning") -> None:
         self.findings.append(Finding(path, what, count, detail, severity))
-
-
-def _merged_uvs(blocks: list[_Block], sources: list[Int64Array]) -> Float32Array | None:
-    if all(block.uvs is None for block in blocks):
-        return None
-    return np.concatenate(
-        [
-            np.zeros((len(source), 2), np.float32) if block.uvs is None else block.uvs[source]
-            for block, source in zip(blocks, sources, strict=True)
-        ]
-    )

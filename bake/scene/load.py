@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -74,6 +75,4 @@ def _load(parsed: ParsedFile, ledger: FileLedger) -> Scene:
     )
     problems = find_problems(scene)
     log.info("%s: %d objects, %d meshes", ledger.scene.name, len(objects), len(parsed.meshes))
-    from dataclasses import replace
-
     return replace(scene, findings=(*scene.findings, *problems))

@@ -54,6 +54,18 @@ def side_file_names(scene: Path) -> tuple[str, str]:
     return scene.stem + SUFFIX, scene.name + SUFFIX
 
 
+def read_bake_options(scene: Path) -> tuple[Mapping[str, Any], str]:
+    """The `[bake]` table of a scene's side file, and the side file's name; both empty without one.
+
+    Cheap: nothing but the side file is read. Some options, such as the crease angle, matter while a scene is loaded.
+
+    Raises:
+        SceneError: as `read_side_file`.
+    """
+    side_file = read_side_file(FileLedger(scene))
+    return side_file.bake_options, side_file.name
+
+
 def read_side_file(ledger: FileLedger) -> SideFile:
     """Reads and checks the side file of a scene, if there is one.
 
