@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from assets.sample_level.mesh import Points, Solid, welded
 from assets.sample_level.shapes import graded_between
@@ -55,11 +56,12 @@ def surfaces(blocks: Sequence[Block], outside: str, coarse: float, fine: float) 
 
 
 def _lines(blocks: Sequence[Block], axis: int, coarse: float, fine: float) -> Points:
-    stops = sorted({v for block in blocks for v in (block.low[axis], block.high[axis])})
+    # Rounded: 0.05 reached in two ways must not make a cell of no thickness.
+    stops = sorted({round(v, 6) for block in blocks for v in (block.low[axis], block.high[axis])})
     return graded_between(stops, coarse, fine)
 
 
-def _quads(cells: Points, lines: list[Points], axis: int, sign: int) -> Points:
+def _quads(cells: NDArray[np.intp], lines: list[Points], axis: int, sign: int) -> Points:
     """Corners of the cells' sides, shape (n, 4, 3), counter-clockwise about +axis; odd cells start one corner on."""
     u, v = (axis + 1) % 3, (axis + 2) % 3
     steps = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])

@@ -83,11 +83,11 @@ def _shelf() -> tuple[Part, ...]:
 
 
 def barrel() -> tuple[Part, ...]:
-    """A cask 0.9 m high; its iron hoops stand proud of the staves."""
+    """A cask 0.9 m high; its iron hoops stand proud of the staves, what would lie inside these is left out."""
     staves = [(0.0, 0.03), (0.26, 0.03), (0.27, 0.0), (0.3, 0.0), (0.345, 0.2), (0.36, 0.45), (0.345, 0.7)]
     staves += [(0.3, 0.9), (0.27, 0.9), (0.27, 0.86), (0.12, 0.86), (0.0, 0.86)]
     hoops = [
-        revolved([(r - 0.03, y), (r, y), (r, y + 0.05), (r - 0.03, y + 0.05), (r - 0.03, y)], 18)
+        revolved([(r - 0.015, y), (r, y), (r, y + 0.05), (r - 0.015, y + 0.05)], 18)
         for r, y in ((0.34, 0.12), (0.368, 0.33), (0.368, 0.52), (0.34, 0.73))
     ]
     return merged(shaded(revolved(staves, 18), "Wood", crease=45.0), shaded(joined(*hoops), "Iron", crease=45.0))

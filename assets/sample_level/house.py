@@ -55,9 +55,9 @@ WINDOWS = {
 def _blocks() -> list[Block]:
     blocks = [
         # What lies in the ground is a block of its own, for a line of vertices where the walls meet the ground.
-        Block(SOLID, (-9.0, -0.4, -6.0), (9.0, 0.0, 6.0)),
+        Block(SOLID, (-9.0, -0.25, -6.0), (9.0, 0.0, 6.0)),
         Block(SOLID, (-9.0, 0.0, -6.0), (9.0, ROOF, 6.0)),
-        Block(SOLID, (9.0, -0.4, 0.4), (15.0, 0.0, 3.0)),
+        Block(SOLID, (9.0, -0.25, 0.4), (15.0, 0.0, 3.0)),
         Block(SOLID, (9.0, 0.0, 0.4), (15.0, 2.85, 3.0)),
     ]
     for name, (x0, z0, x1, z1, top) in ROOMS.items():
@@ -88,7 +88,7 @@ def add_house(level: Level) -> None:
         box((-8.5, 2.9, -1.2), (-7.7, 6.7, -0.2), 0.4, 0.2), box((-8.6, 6.6, -1.3), (-7.6, 6.82, -0.1), 0.3)
     )
     level.place("House/Exterior/Chimney", (shaded(chimney, "Brick"),))
-    heights = np.array([-0.4, 0.0, 0.07])
+    heights = np.array([-0.2, 0.0, 0.07])
     step = lattice(graded(-10.3, -8.98, 0.3, 0.15), heights, graded(-3.8, -1.8, 0.3, 0.15))
     level.place("House/Exterior/FrontStep", (shaded(step, "Stone"),))
     ramp = lattice(graded(14.98, 15.9, 0.3, 0.15), heights, graded(0.5, 2.9, 0.3, 0.15))
@@ -114,7 +114,7 @@ def _add_diagonal_wall(level: Level) -> None:
 
 
 def _roof() -> tuple[Part, ...]:
-    """A gable roof with eaves: a solid whose underside lies in the ceiling slab."""
+    """A gable roof with eaves; its underside lies in the ceiling slab and is left out but for the eaves."""
 
     def gable(points: Points) -> Points:
         slope = 3.3 + (1.0 - np.abs(points[:, 2]) / 6.7) * 2.6
@@ -124,7 +124,10 @@ def _roof() -> tuple[Part, ...]:
     xs = graded_between([-9.6, -9.0, 9.0, 9.6], 0.8, 0.3)
     zs = graded_between([-6.7, -6.0, 0.0, 6.0, 6.7], 0.7, 0.35)
     prism = lattice(xs, graded(0.0, 1.0, 0.34), zs)
-    return (shaded(warped(prism, gable), "Tiles", crease=15.0),)
+    roof = faces_where(
+        warped(prism, gable), lambda c: (c[:, 1] > 3.101) | (np.abs(c[:, 0]) > 9.0) | (np.abs(c[:, 2]) > 6.0)
+    )
+    return (shaded(roof, "Tiles", crease=15.0),)
 
 
 def _add_window(level: Level, name: str, plan: tuple[float, float, float, float], sill: float, head: float) -> None:

@@ -80,7 +80,7 @@ def welded(solid: Solid) -> Solid:
     unique, inverse = np.unique(keys, axis=0, return_inverse=True)
     faces = inverse.reshape(-1)[solid.faces]
     proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-    return Solid(unique * POSITION_STEP, faces[proper])
+    return Solid(unique.astype(np.float64) * POSITION_STEP, faces[proper])
 
 
 def face_normals(solid: Solid) -> Points:

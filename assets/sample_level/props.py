@@ -88,7 +88,7 @@ def _boulders(level: Level) -> None:
     for i, (x, z) in enumerate(sites):
         kind = 1 + i % 3
         scale = random.number(0.7, 1.5)
-        sunk = height_at(x, z) + scale * random.number(0.0, 0.25)
+        sunk = height_at(x, z) + scale * random.number(0.15, 0.4)
         level.place_shared(
             f"Rocks/Boulder_{i + 1:02}",
             f"Shared/Boulder_{kind}",

@@ -237,10 +237,12 @@ def _distance(point: np.ndarray, triangles: np.ndarray) -> float:
 
 
 def test_it_loads_into_the_baker() -> None:
-    """The project's own loader takes everything: roles as counted, regions, and nothing set aside."""
+    """The project's own loader takes everything and warns of nothing but what was planted."""
     scene_module = pytest.importorskip("bake.scene")
     scene = scene_module.load_scene(FOLDER / "level.glb")
     roles = Counter(item.role.value for item in scene.objects)
     assert (roles["tree"], roles["shrub"], roles["small"], roles["lod"]) == (14, 80, 400, 2)
     assert len(scene.regions) == 16
     assert [finding for finding in scene.findings if finding.severity == "set-aside"] == []
+    warned = {finding.object for finding in scene.findings if finding.severity == "warning"}
+    assert {path for path in warned if "/DarkCorner/" not in path} == set()
