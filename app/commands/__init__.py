@@ -6,5 +6,6 @@ COMMANDS: Mapping[str, str] = {
     "bake": "bake a scene without a window",
     "export": "write a result as .npz, .ply, .glb, .obj or .vao",
     "report": "write one self-contained page about a result",
+    "bench": "measure accuracy and speed",
     "doctor": "say what this machine has, what is missing and how to mend it",
 }

@@ -91,9 +91,9 @@ class _Case:
 
 def _made_up_ao(world: World, samples: SampleSet) -> Float32Array:
     weights = np.concatenate([samples.barycentric, 1.0 - samples.barycentric.sum(1, keepdims=True)], axis=1)
-    points = np.einsum("ij,ijk->ik", weights, world.positions[world.faces[samples.face]])
-    smooth = 0.5 + 0.5 * np.sin(0.3 * points[:, :2])
-    noise: Float64Array = np.random.default_rng(1).normal(0.0, 0.05, smooth.shape)
+    points: Float64Array = np.einsum("ij,ijk->ik", weights, world.positions[world.faces[samples.face]])
+    smooth: Float64Array = 0.5 + 0.5 * np.sin(0.3 * points[:, :2])
+    noise = np.random.default_rng(1).normal(0.0, 0.05, (len(smooth), 2))
     return np.clip(smooth + noise, 0.0, 1.0).astype(np.float32)
 
 
