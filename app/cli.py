@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import difflib
 import importlib
 import os
@@ -54,7 +55,8 @@ def main(words: Sequence[str] | None = None) -> int:
         note(str(Cancelled()))
         return Cancelled.exit_code
     except BrokenPipeError:  # whoever read our output has gone
-        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+        with contextlib.suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nor must the last flush complain
         return 1
     except ObscuraError as error:
         if verbose and not isinstance(error, InputError | Cancelled):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -76,8 +77,9 @@ def duration(seconds: float) -> str:
 def drive(steps: Generator[Progress, None, _T], line: ProgressLine | None = None) -> _T:
     """Runs a bake to its end and returns what came of it.
 
-    Ctrl+C closes the generator, which cleans up. Once the result is being stored it is only noted: the work is done,
-    and a second one still ends the wait.
+    Ctrl+C closes the generator at its next sign of life, when nothing of it is at work; once the result is being
+    stored the work is done, and it is let finish. A second Ctrl+C ends the process on the spot, which no stored result
+    minds.
 
     Raises:
         Cancelled: on Ctrl+C.
@@ -89,33 +91,26 @@ def drive(steps: Generator[Progress, None, _T], line: ProgressLine | None = None
         with interrupt.caught():
             while True:
                 progress = next(steps)
-                interrupt.is_committing = progress.stage == _COMMIT_STAGE
-                if interrupt.is_due:
-                    raise KeyboardInterrupt
+                if interrupt.is_asked and progress.stage != _COMMIT_STAGE:
+                    raise Cancelled()
                 line.show(progress)
     except StopIteration as end:
         return end.value
-    except KeyboardInterrupt:
-        raise Cancelled() from None
     finally:
         steps.close()
         line.clear()
 
 
 class _Interrupt:
-    """Ctrl+C, remembered: raised inside a native callback the exception itself would be lost."""
+    """Ctrl+C as a wish, not as an exception: that would strike in the midst of native code and be lost, or worse."""
 
     def __init__(self) -> None:
-        self.is_due = False
-        self.is_committing = False
-        self._is_noted = False
+        self.is_asked = False
 
     def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
-        if self.is_committing and not self._is_noted:
-            self._is_noted = True
-            return
-        self.is_due = True
-        raise KeyboardInterrupt
+        if self.is_asked:
+            os._exit(Cancelled.exit_code)
+        self.is_asked = True
 
     @contextmanager
     def caught(self) -> Generator[None]:
