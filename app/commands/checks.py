@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,6 +47,7 @@ _SHARED_LIBRARIES = (
 _INSTALLERS = (("apt-get", "apt-get install -y"), ("dnf", "dnf install -y"), ("pacman", "pacman -S --needed"))
 _MESA = ("libegl1 libosmesa6", "mesa-libEGL mesa-libOSMesa", "mesa")
 
+_WAYS = (("EGL", "vtkEGLRenderWindow"), ("OSMesa", "vtkOSOpenGLRenderWindow"))
 _DEVICES = (
     "import json; from bake.devices import cuda_devices;"
     "print(json.dumps([[d.alias, d.name, d.memory_mb] for d in cuda_devices()]))"
@@ -80,16 +82,19 @@ class Check:
 
 
 def run_checks() -> Iterator[Check]:
-    """All checks, each as soon as it is known."""
-    yield _python()
-    yield from _packages()
-    yield _embree()
-    yield from _cuda()
-    if sys.platform.startswith("linux"):
-        yield _shared_libraries()
-    yield _display()
-    yield from _drawing()
-    yield _sample_level()
+    """All checks, in order; those that start other processes run side by side."""
+    with ThreadPoolExecutor() as pool:
+        embree, cuda = pool.submit(_embree), pool.submit(_cuda)
+        drawing = [pool.submit(run_off_screen, way, ["-c", _DRAW], patience_s=_PROBE_SECONDS) for _, way in _WAYS]
+        yield _python()
+        yield from _packages()
+        yield embree.result()
+        yield from cuda.result()
+        if sys.platform.startswith("linux"):
+            yield _shared_libraries()
+        yield _display()
+        yield from _drawing([work.result() for work in drawing])
+        yield _sample_level()
 
 
 def _python() -> Check:
@@ -116,16 +121,15 @@ def _embree() -> Check:
     return Check("Embree", MISSING, f"does not work: {problem}", "make setup")
 
 
-def _cuda() -> Iterator[Check]:
+def _cuda() -> list[Check]:
     devices, problem = _ask(_DEVICES)
     if devices is None:
-        yield Check("Warp", MISSING, f"does not start: {problem}", "make setup")
-    for alias, name, memory in devices or ():
-        yield Check(f"CUDA device {alias}", OK, f"{name}, {memory / 1024:.0f} GB")
-    if devices == []:
-        remedy = installing("nvidia-driver", "akmod-nvidia", "nvidia") if _has_nvidia_card() else ""
-        what = "an NVIDIA card without a working driver" if remedy else "none"
-        yield Check("CUDA device", OPTIONAL, f"{what}; bakes on the CPU", remedy)
+        return [Check("Warp", MISSING, f"does not start: {problem}", "make setup")]
+    if devices:
+        return [Check(f"CUDA device {alias}", OK, f"{name}, {size / 1024:.0f} GB") for alias, name, size in devices]
+    remedy = installing("nvidia-driver", "akmod-nvidia", "nvidia") if _has_nvidia_card() else ""
+    what = "an NVIDIA card without a working driver" if remedy else "none"
+    return [Check("CUDA device", OPTIONAL, f"{what}; bakes on the CPU", remedy)]
 
 
 def _has_nvidia_card() -> bool:
@@ -164,10 +168,8 @@ def _display() -> Check:
     return Check("display", OPTIONAL, "none: the window cannot open; all commands work", remedy)
 
 
-def _drawing() -> Iterator[Check]:
-    ways = (("EGL", "vtkEGLRenderWindow"), ("OSMesa", "vtkOSOpenGLRenderWindow"))
-    works = [run_off_screen(way, ["-c", _DRAW], patience_s=_PROBE_SECONDS) for _, way in ways]
-    for (name, _), work in zip(ways, works, strict=True):
+def _drawing(works: list[bool]) -> Iterator[Check]:
+    for (name, _), work in zip(_WAYS, works, strict=True):
         if work:
             yield Check(f"off-screen OpenGL ({name})", OK, "draws")
     if not any(works):
