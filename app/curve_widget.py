@@ -1,5 +1,8 @@
 """The remap curve as a small plot: drag points, add them by double click, remove them by right click."""
 
+# pyright: reportIncompatibleMethodOverride=false
+# (the stubs call every parameter of Qt's event handlers a0)
+
 from __future__ import annotations
 
 import numpy as np

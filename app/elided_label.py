@@ -1,5 +1,8 @@
 """A line of text that gives way instead of holding its panel open."""
 
+# pyright: reportIncompatibleMethodOverride=false
+# (the stubs call every parameter of Qt's event handlers a0)
+
 from __future__ import annotations
 
 from PyQt6.QtCore import QSize, Qt

@@ -1,5 +1,8 @@
 """The OpenGL widget: PyVista's interactor with its own mouse and key handling switched off."""
 
+# pyright: reportIncompatibleMethodOverride=false
+# (the stubs call every parameter of Qt's event handlers a0)
+
 from __future__ import annotations
 
 from PyQt6.QtCore import QEvent, QPointF, Qt, pyqtSignal

@@ -1,5 +1,8 @@
 """The legend in a corner of the view: what the colours mean, with numbers."""
 
+# pyright: reportIncompatibleMethodOverride=false
+# (the stubs call every parameter of Qt's event handlers a0)
+
 from __future__ import annotations
 
 from PyQt6.QtCore import QRectF, QSize, Qt

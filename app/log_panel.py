@@ -11,6 +11,7 @@ from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPlainTextEdit, QPus
 
 _MOST_LINES = 5000
 _LEVELS = (("Everything", logging.DEBUG), ("Information", logging.INFO), ("Warnings", logging.WARNING))
+_PACKAGES = ("app", "bake", "viewer")
 _COLORS = {logging.WARNING: "#c77700", logging.ERROR: "#d8404a", logging.CRITICAL: "#d8404a"}
 
 
@@ -81,14 +82,25 @@ class LogBridge(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._handler = _SignalHandler(self)
+        self._levels: dict[str, int] = {}
 
     def attach(self) -> None:
-        """Starts listening to the root logger."""
-        logging.getLogger().addHandler(self._handler)
+        """Starts listening to the program's loggers; what else listens hears no more than before."""
+        self._levels = {name: logging.getLogger(name).level for name in _PACKAGES}
+        for name in _PACKAGES:
+            package = logging.getLogger(name)
+            package.addHandler(self._handler)
+            if package.getEffectiveLevel() > logging.INFO:
+                for handler in logging.getLogger().handlers:
+                    handler.setLevel(max(handler.level, package.getEffectiveLevel()))
+                package.setLevel(logging.INFO)
 
     def detach(self) -> None:
         """Stops listening."""
-        logging.getLogger().removeHandler(self._handler)
+        for name, level in self._levels.items():
+            logging.getLogger(name).removeHandler(self._handler)
+            logging.getLogger(name).setLevel(level)
+        self._levels = {}
 
 
 class _SignalHandler(logging.Handler):
@@ -101,4 +113,4 @@ class _SignalHandler(logging.Handler):
         try:
             self._bridge.line.emit(record.levelno, record.name.rsplit(".", 1)[-1], self.format(record))
         except RuntimeError:
-            logging.getLogger().removeHandler(self)  # the window is gone
+            return  # the window is gone

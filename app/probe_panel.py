@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtWidgets import QApplication, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
@@ -21,7 +23,7 @@ class ProbePanel(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._title = ElidedLabel(_EMPTY, Qt.TextElideMode.ElideMiddle)
-        self.view = RowsView(("", "Value"), stretch=1)
+        self.view = RowsView(("", "", "", ""), stretch=3)
         header = self.view.horizontalHeader()
         assert header is not None
         header.hide()
@@ -52,7 +54,11 @@ class ProbePanel(QWidget):
         for button in self._buttons:
             button.setEnabled(readout is not None)
         rows = [] if readout is None else readout.rows()
-        self.view.set_rows([(Cell(label), Cell(text)) for label, text in rows])
+        half = 5  # where it is to the left, its values to the right
+        left, right = rows[:half], rows[half:]
+        blank = ("", "")
+        lines = itertools.zip_longest(left, right, fillvalue=blank)
+        self.view.set_rows([tuple(Cell(text) for text in (*first, *second)) for first, second in lines])
 
     def _copy(self) -> None:
         clipboard = QApplication.clipboard()

@@ -1,5 +1,8 @@
 """Histogram with a colour bar under it and two handles that set the range of the colours."""
 
+# pyright: reportIncompatibleMethodOverride=false
+# (the stubs call every parameter of Qt's event handlers a0)
+
 from __future__ import annotations
 
 import numpy as np
@@ -36,8 +39,8 @@ class RangeWidget(QWidget):
         self.setMouseTracking(True)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setToolTip(
-            "Surface area by value, on a logarithmic scale. Drag the handles to set which values get the two ends of the colours, drag between "
-            "them to move both, double-click for the full range."
+            "Surface area by value, on a logarithmic scale. Drag the handles to set which values get the two ends of "
+            "the colours, drag between them to move both, double-click for the full range."
         )
 
     def set_histogram(self, histogram: Histogram | None, color_map: ColorMap) -> None:

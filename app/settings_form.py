@@ -1,5 +1,8 @@
 """The form of all bake settings, generated from the fields of `BakeSettings` and their metadata."""
 
+# pyright: reportIncompatibleMethodOverride=false
+# (the stubs call every parameter of Qt's event handlers a0)
+
 from __future__ import annotations
 
 import dataclasses

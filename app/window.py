@@ -1,5 +1,8 @@
 """The window: panels around the view, and who listens to whom."""
 
+# pyright: reportIncompatibleMethodOverride=false
+# (the stubs call every parameter of Qt's event handlers a0)
+
 from __future__ import annotations
 
 import logging
@@ -29,10 +32,10 @@ from app.progress_panel import ProgressPanel
 from app.readouts import Readouts
 from app.recent_files import add_recent_file, clear_recent_files, recent_files
 from app.style import application, apply_scheme, style_sheet
+from app.user_commands import UserCommands
 from app.view_area import ViewArea
 from app.view_presenter import Overlays, ViewPresenter
 from viewer.camera import Camera, robust_bounds
-from viewer.fields import Quantity
 
 LAYOUT_VERSION = 1
 LONG_BAKE_SECONDS = 30.0
@@ -48,7 +51,6 @@ def open_window(path: Path | None) -> int:
         path: A scene file or a result folder; None for the sample level.
     """
     app = application()
-    logging.getLogger().setLevel(min(logging.getLogger().level or logging.INFO, logging.INFO))
     window = Window(cache_folder())
     window.show()
     window.controller.open(path)
@@ -88,7 +90,8 @@ class Window(QMainWindow):
         self._build_centre()
         self.panels = build_panels(self.document)
         self.docks = build_docks(self, self.panels)
-        self.actions_by_id = build_actions(self, self._slots())
+        self.commands = UserCommands(self, self.document, self.controller, self.area, self.panels)
+        self.actions_by_id = build_actions(self, {**self.commands.slots(), **self._slots()})
         self._build_menus()
         self.log_bridge = LogBridge(self)
         self.log_bridge.attach()
@@ -131,35 +134,18 @@ class Window(QMainWindow):
         self._show_scheme()
 
     def _slots(self) -> dict[str, Callable[..., object]]:
-        document = self.document
         return {
-            "open-scene": self._ask_for_scene,
-            "open-result": self._ask_for_result,
-            "open-sample": lambda: self.controller.open(None),
-            "save-result": self._ask_where_to_save,
             "save-picture": self._ask_for_picture,
+            "open-scene": lambda: self._open_if_given(dialogs.ask_for_scene(self, self._last_folder())),
+            "open-result": lambda: self._open_if_given(dialogs.ask_for_result(self, self._last_folder())),
+            "save-result": self._ask_where_to_save,
             "quit": self.close,
-            "frame": self.frame,
-            "frame-all": self.frame_all,
-            "edges": lambda on: document.set_display(document.display.replaced(edges=on)),
-            "shading": lambda on: document.set_display(document.display.replaced(shading=on)),
-            "back-faces": lambda on: document.set_display(document.display.replaced(back_faces=not on)),
-            "game": lambda on: document.set_display(document.display.replaced(game=on)),
-            "blend": lambda: self._show_quantity(Quantity.BLEND),
-            "next-distance": self._next_distance,
-            "geometry": lambda: self._show_quantity(Quantity.GEOMETRY),
-            "invalid": self.panels.overlays.set_invalid,
             "compare": self.compare,
             "up-y": lambda _on: self._set_up_axis(1),
             "up-z": lambda _on: self._set_up_axis(2),
             "light-palette": lambda on: self._set_scheme("light" if on else ""),
             "dark-palette": lambda on: self._set_scheme("dark" if on else ""),
             "reset-layout": lambda: self.restoreState(self._default_state, LAYOUT_VERSION),
-            "bake": self.panels.bake.request_bake,
-            "cancel": self.controller.cancel,
-            "copy-command": self.panels.bake.copy_command,
-            "keys": lambda: dialogs.show_keys(self),
-            "about": lambda: dialogs.show_about(self),
         }
 
     def _connect_controller(self) -> None:
@@ -184,10 +170,10 @@ class Window(QMainWindow):
         panels.overlays.overlays_changed.connect(self._on_overlays)
         panels.overlays.threshold_settled.connect(controller.solve_threshold)
         panels.overlays.threshold_kept.connect(self._keep_threshold)
-        panels.outliner.object_activated.connect(lambda _index: self.frame())
-        panels.findings.object_chosen.connect(self._select_path)
-        panels.findings.object_activated.connect(lambda _path: self.frame())
-        panels.probe.fly_requested.connect(self._fly_to_pinned)
+        panels.outliner.object_activated.connect(lambda _index: self.commands.frame())
+        panels.findings.object_chosen.connect(self.commands.select_path)
+        panels.findings.object_activated.connect(lambda _path: self.commands.frame())
+        panels.probe.fly_requested.connect(lambda: self.commands.fly_to(self.readouts.pinned))
         panels.probe.cleared.connect(lambda: self.readouts.click(None))
         banner.log_requested.connect(lambda: self.show_panel("Log"))
 
@@ -201,23 +187,6 @@ class Window(QMainWindow):
         document.threshold_changed.connect(self._show_drawn)
         document.pinned_changed.connect(lambda: self.panels.probe.set_readout(document.pinned))
         self._on_display()
-
-    # What the user asks for
-
-    def frame(self) -> None:
-        """Shows the selected object, or the level without its far backdrop."""
-        world = self.document.world
-        bounds = self.document.object_bounds(self.document.selected)
-        if bounds is None and world is not None:
-            bounds = robust_bounds(world.positions)
-        if bounds is not None:
-            self.area.main.frame(*bounds)
-
-    def frame_all(self) -> None:
-        """Shows everything."""
-        world = self.document.world
-        if world is not None and world.vertex_count:
-            self.area.main.frame(world.positions.min(axis=0), world.positions.max(axis=0))
 
     def compare(self, on: bool) -> None:
         """Shows the other mapping beside the result's own, on one camera."""
@@ -236,41 +205,13 @@ class Window(QMainWindow):
         self.docks[title].show()
         self.docks[title].raise_()
 
-    def _show_quantity(self, quantity: Quantity) -> None:
-        self.document.set_display(self.document.display.replaced(quantity=quantity))
-
-    def _next_distance(self) -> None:
-        display, result = self.document.display, self.document.result
-        if result is not None:
-            step = 1 if display.quantity is Quantity.DISTANCE else 0
-            column = (display.column + step) % len(result.settings.column_distances)
-            self.document.set_display(display.replaced(quantity=Quantity.DISTANCE, column=column))
-
     def _set_up_axis(self, axis: int) -> None:
         self.document.set_up_axis(axis)
         self._reset_camera()
 
-    def _select_path(self, path: str) -> None:
-        world = self.document.world
-        if world is not None and path in world.object_paths:
-            self.document.select(world.object_paths.index(path))
-
-    def _fly_to_pinned(self) -> None:
-        pick, viewport = self.readouts.pinned, self.area.main
-        if pick is not None:
-            low, high = robust_bounds(self.document.world.positions) if self.document.world else (pick.position,) * 2
-            near = 0.05 * float(max(abs(b - a) for a, b in zip(low, high, strict=True))) or 1.0
-            viewport.navigation.fly_to(viewport.camera.aimed(pick.position, min(near, viewport.camera.distance)))
-
     def _keep_threshold(self, threshold: float) -> None:
         self.panels.bake.set_threshold(threshold)
         self.show_panel("Bake")
-
-    def _ask_for_scene(self) -> None:
-        self._open_if_given(dialogs.ask_for_scene(self, self._last_folder()))
-
-    def _ask_for_result(self) -> None:
-        self._open_if_given(dialogs.ask_for_result(self, self._last_folder()))
 
     def _open_if_given(self, path: Path | None) -> None:
         if path is not None:

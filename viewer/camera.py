@@ -91,9 +91,9 @@ class Camera:
             focal = about + (focal - about) * share
         return dataclasses.replace(self, focal=_triple(focal), distance=max(self.distance * share, 1e-4))
 
-    def aimed(self, point: Float64Array, distance: float) -> Camera:
+    def aimed(self, point: Float64Array | tuple[float, float, float], distance: float) -> Camera:
         """Looking at a point, shape (3,), from a distance in metres, in the same direction."""
-        return dataclasses.replace(self, focal=_triple(point), distance=max(distance, 1e-4))
+        return dataclasses.replace(self, focal=_triple(np.asarray(point)), distance=max(distance, 1e-4))
 
     def framed(self, low: Float64Array, high: Float64Array, aspect: float) -> Camera:
         """Far enough that a box fits the picture, seen from the same direction.

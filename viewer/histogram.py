@@ -37,10 +37,10 @@ def vertex_areas(positions: Float64Array, faces: Int32Array) -> Float64Array:
     """A third of the area of every face at each vertex, shape (n,), float64, m²; 0 at unreferenced vertices."""
     a, b, c = (positions[faces[:, corner]] for corner in range(3))
     third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
-    return sum(
-        (np.bincount(faces[:, corner], weights=third, minlength=len(positions)) for corner in range(3)),
-        start=np.zeros(len(positions)),
-    )
+    areas = np.zeros(len(positions))
+    for corner in range(3):
+        areas += np.bincount(faces[:, corner], weights=third, minlength=len(positions))
+    return areas
 
 
 def histogram_of(values: Float32Array, weights: Float64Array, low: float, high: float, bins: int = 128) -> Histogram:
@@ -53,14 +53,14 @@ def histogram_of(values: Float32Array, weights: Float64Array, low: float, high: 
         bins: Number of bins.
     """
     known = np.isfinite(values) & (weights > 0.0)
-    values, weights = values[known].astype(np.float64), weights[known]
+    counted, weights = values[known].astype(np.float64), weights[known]
     total = weights.sum()
     if not total > 0.0:
         return Histogram(np.zeros(bins), low, high, np.nan, np.nan, np.nan)
-    index = np.clip((values - low) / max(high - low, 1e-12) * bins, 0, bins - 1).astype(np.int64)
+    index = np.clip((counted - low) / max(high - low, 1e-12) * bins, 0, bins - 1).astype(np.int64)
     shares = np.bincount(index, weights=weights, minlength=bins) / total
-    mean = float((values * weights).sum() / total)
-    return Histogram(shares, low, high, mean, float(values.min()), float(values.max()))
+    mean = float((counted * weights).sum() / total)
+    return Histogram(shares, low, high, mean, float(counted.min()), float(counted.max()))
 
 
 def clipped_shares(values: Float32Array, weights: Float64Array, low: float, high: float) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
+from vtkmodules.vtkCommonDataModel import vtkGenericCell, vtkPolyData, vtkStaticCellLocator
 
 from bake.types import Float64Array, Int32Array, Int64Array
 from viewer.actors import vtk_cells, vtk_points
@@ -54,6 +54,7 @@ class SurfacePicker:
         self._locators: list[vtkStaticCellLocator] = []
         self._bounds = np.zeros((len(self._chunks), 2, 3))
         self._points: vtkPoints | None = None
+        self._cell = vtkGenericCell()
 
     @property
     def is_ready(self) -> bool:
@@ -115,7 +116,7 @@ class SurfacePicker:
     ) -> Pick | None:
         end = origin + direction * (reach * 1.001 + 1e-3)
         cells = vtkIdList()
-        self._locators[index].IntersectWithLine(tuple(origin), tuple(end), 0.0, vtkPoints(), cells, None)
+        self._locators[index].IntersectWithLine(_triple(origin), _triple(end), 0.0, vtkPoints(), cells, self._cell)
         best: Pick | None = None
         for position in range(cells.GetNumberOfIds()):
             face = int(self._chunks[index][cells.GetId(position)])
@@ -142,7 +143,7 @@ class SurfacePicker:
         weights = np.clip((1.0 - second - third, second, third), 0.0, 1.0)
         weights /= weights.sum()
         point = weights @ np.stack((a, b, c))
-        return Pick(face, tuple(map(float, weights)), tuple(map(float, point)), distance)
+        return Pick(face, _triple(weights), _triple(point), distance)
 
 
 def _slab_test(boxes: Float64Array, origin: Float64Array, direction: Float64Array) -> tuple[Float64Array, Float64Array]:
@@ -151,3 +152,7 @@ def _slab_test(boxes: Float64Array, origin: Float64Array, direction: Float64Arra
     first = (boxes[:, 0] - origin) / safe
     second = (boxes[:, 1] - origin) / safe
     return np.minimum(first, second).max(axis=1) - 1e-6, np.maximum(first, second).min(axis=1) + 1e-6
+
+
+def _triple(vector: Float64Array) -> tuple[float, float, float]:
+    return float(vector[0]), float(vector[1]), float(vector[2])

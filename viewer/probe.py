@@ -88,9 +88,13 @@ class Readout:
         ]
         return rows
 
+    def place(self) -> str:
+        """Triangle and barycentric weights in short."""
+        return f"triangle {self.object_face}  ({' '.join(f'{weight:.2f}' for weight in self.barycentric)})"
+
     def line(self) -> str:
-        """The most important numbers on one line, without the object."""
-        parts = [f"tri {self.object_face}", "bary " + " ".join(f"{weight:.2f}" for weight in self.barycentric)]
+        """The most important numbers on one line, without object and triangle."""
+        parts: list[str] = []
         if self.distances:
             parts += [f"{label}: {_number(value)}" for label, value in zip(self.distances, self.ao, strict=True)]
             nearest = " ".join(_number(value) for value in self.corner_ao[self.nearest])
