@@ -53,8 +53,8 @@ def _speed(arguments: argparse.Namespace) -> list[Measurements]:
     from bake.bench.overhead import measure_overhead
     from bake.bench.solving import measure_solving
 
-    scenes: list[Path | None] = list(arguments.paths) or [None]
-    return [*(measure_overhead(scene, explicit_options(arguments)) for scene in scenes), measure_solving()]
+    scenes = _scenes(arguments) if arguments.paths else []
+    return [measure_overhead(scenes, explicit_options(arguments)), measure_solving()]
 
 
 def _scene_table(arguments: argparse.Namespace) -> list[Measurements]:

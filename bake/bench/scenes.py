@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import tempfile
 from collections.abc import Iterable, Mapping
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bake.bench.isolation import isolated
 from bake.bench.table import Measurements
 from bake.errors import ObscuraError
 from bake.pipeline import BakeRequest, run_bake
@@ -27,7 +25,7 @@ def measure_scenes(paths: Iterable[Path], options: Mapping[str, Any]) -> Measure
         paths: Scene files, or folders that are searched for them.
         options: Bake options by long name.
     """
-    rows = [_isolated(scene, options) for scene in find_scenes(paths)]
+    rows = [isolated(bake_row, scene, options) for scene in find_scenes(paths)]
     return Measurements("scenes", rows, ["seconds: from the file to the stored result, in a fresh process"])
 
 
@@ -39,15 +37,6 @@ def find_scenes(paths: Iterable[Path]) -> list[Path]:
     return sorted(found)
 
 
-def _isolated(scene: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    # A fresh process a scene gives each its own peak memory, and outlives a crash.
-    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
-        try:
-            return pool.submit(bake_row, scene, options).result()
-        except BrokenProcessPool:
-            return {"scene": scene.name, "refused": "the engine died", "passed": False}
-
-
 def bake_row(scene: Path, options: Mapping[str, Any]) -> dict[str, Any]:
     """Bakes one scene into a temporary folder; any error outside the error tree fails the row."""
     with tempfile.TemporaryDirectory() as folder:
@@ -56,11 +45,16 @@ def bake_row(scene: Path, options: Mapping[str, Any]) -> dict[str, Any]:
             while True:
                 next(work)
         except StopIteration as done:
-            return {"scene": scene.name, **_figures(done.value.result, done.value.seconds)}
+            return {"scene": _short(scene), **_figures(done.value.result, done.value.seconds)}
         except ObscuraError as error:
-            return {"scene": scene.name, "refused": str(error).replace(str(scene.parent), "…")}
+            return {"scene": _short(scene), "refused": str(error).replace(str(scene.parent), "…")}
         except Exception as error:  # noqa: BLE001  # a crash is a result of this benchmark, not its end
-            return {"scene": scene.name, "refused": f"{type(error).__name__}: {error}", "passed": False}
+            return {"scene": _short(scene), "refused": f"{type(error).__name__}: {error}", "passed": False}
+
+
+def _short(scene: Path) -> str:
+    """The file with its folder: names alone repeat."""
+    return f"{scene.parent.name}/{scene.name}"
 
 
 def _figures(result: BakeResult, seconds: float) -> dict[str, Any]:
