@@ -91,7 +91,7 @@ class BakePanel(QWidget):
         clipboard = QApplication.clipboard()
         if settings is None or document.scene_path is None or document.result_path is None or clipboard is None:
             return
-        text = bake_command(document.scene_path, document.result_path, settings)
+        text = bake_command(document.scene_path, document.result_path, settings, document.side_file_settings)
         clipboard.setText(text)
         self.command_copied.emit(text)
 

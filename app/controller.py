@@ -153,7 +153,7 @@ class Controller(QObject):
 
     def _on_scene(self, opened: OpenedScene) -> None:
         document = self._document
-        document.scene_settings = opened.settings
+        document.scene_settings = document.side_file_settings = opened.settings
         document.open_scene(opened.path, opened.result_path, opened.files, opened.findings, opened.up_axis)
         document.set_world(opened.world)
         self.scene_opened.emit(opened.path)
@@ -175,7 +175,7 @@ class Controller(QObject):
         document, result = self._document, opened.result
         scene_path = Path(result.scene_path)
         if document.scene_path != scene_path:
-            document.scene_settings = result.settings
+            document.scene_settings, document.side_file_settings = result.settings, None
             document.open_scene(scene_path, opened.path, dict(result.files), tuple(result.findings), opened.up_axis)
         self._show(opened)
         self.scene_opened.emit(opened.path)

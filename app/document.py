@@ -25,6 +25,8 @@ class Document:
         scene_name: For titles.
         files: Hashes of the scene's files, to tell whether a result is up to date.
         up_axis: 1 for +Y up, 2 for +Z up.
+        scene_settings: What the form starts from when the scene is opened.
+        side_file_settings: What the scene is baked with when nothing is said; None if its side file was not read.
         findings: Of the scene, or of its result once there is one.
         world: Geometry in view.
         result: The bake in view.
@@ -44,6 +46,7 @@ class Document:
         self.up_axis = 1
         self.findings: tuple[Finding, ...] = ()
         self.scene_settings = BakeSettings()
+        self.side_file_settings: BakeSettings | None = None
         self.world: World | None = None
         self.result: BakeResult | None = None
         self.field: VertexField | None = None
