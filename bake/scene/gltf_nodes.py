@@ -15,6 +15,7 @@ from bake.scene.parsed import Placement, number_repeats
 from bake.types import Finding, Float64Array
 
 IDENTITY = np.eye(4)
+LONGEST_PATH = 65_536  # characters; a chain of a million nodes would otherwise take quadratic time
 MOST_INSTANCES = 2_000_000  # objects, each with a path and a transform of its own
 
 
@@ -52,6 +53,8 @@ def read_placements(document: GltfDocument, buffers: GltfBuffers) -> tuple[list[
             )
         visited[index] = True
         path = _node_path(visit, index)
+        if len(path) > LONGEST_PATH:
+            raise document.wrong(f"the path of node {index} has {len(path)} characters", remedy="flatten the node tree")
         transform = visit.parent_transform @ _local_transform(visit.node)
         if not np.isfinite(transform).all():
             raise SceneError("the node's transform overflows", where=f"{document.root.file}: {path}")
