@@ -1,17 +1,22 @@
 """Pairs of faces across the smooth interior edges of the welded surface, and the gradient jump between them.
 
-A butterfly is an edge (a, b) with the two faces that share it, whose opposite corners are c and d. Unfolded into one
-plane, the gradient of a piecewise linear f jumps across the edge by
+A butterfly is an edge (a, b) of length L with the two faces that share it, whose opposite corners are c and d. Unfolded
+into one plane, the gradient of a piecewise linear f jumps across the edge by
 
     jump = (f_c - f_e(y_c)) / h_c + (f_d - f_e(y_d)) / h_d,     f_e(y) = (1 - y/L) f_a + (y/L) f_b,
 
-with L the edge's length, h the height of an opposite corner over the edge and y its foot's distance from a. The
-along-edge part of the gradient is common to both faces, so the jump is this one number. Constants have no jump, nor has
-any function that is affine on the unfolded pair.
+with h the height of an opposite corner over the edge and y its foot's distance from a. The along-edge part of the
+gradient is common to both faces, so the jump is this one number. Constants have no jump, nor has any function that is
+affine on the unfolded pair. With the cotangents of the angles at a and b in both faces, y/h = cot a and (L - y)/h =
+cot b, it becomes
+
+    L · jump = (cot a_c + cot b_c) f_c + (cot a_d + cot b_d) f_d - (cot b_c + cot b_d) f_a - (cot a_c + cot a_d) f_b.
+
+The operator is this jump times the area of both faces, in metres.
 
 Reference: the edge regulariser of Sloan et al. 2013 ("Ambient Obscurance Baking on the GPU", equation 2) as NVIDIA's
-baking sample writes it out, on the unfolded pair of faces. Heights come from float64 cross products, because the
-sample's difference of squares cancels for slivers.
+baking sample writes it out. Cotangents are dot over cross product in float64; the sample's difference of squares
+cancels for slivers.
 """
 
 from __future__ import annotations
@@ -20,7 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bake.types import BoolArray, Float64Array, Int64Array
+from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 
 SLIVER = 1e-6
 """A face whose height over the shared edge is below this share of its longest edge makes no butterfly."""
@@ -30,43 +35,37 @@ SLIVER = 1e-6
 class Edges:
     """The edges of the welded faces.
 
+    Side s of face f is number 3 f + s and runs from corner s to corner s + 1.
+
     Attributes:
         ends: Shape (e, 2), int64, unknowns, smaller first.
-        of_face: Shape (m, 3), int64: edge of a face's corners (0, 1), (1, 2), (2, 0); -1 where the two coincide.
-        wings: Shape (w, 2), int64: for each butterfly its two faces.
-        hinge: Shape (w,), int64: for each butterfly its edge.
+        of_face: Shape (m, 3), int64: edge of a face's sides; -1 where both ends are one unknown.
+        wings: Shape (w, 2), int64: for each butterfly the two sides that meet.
     """
 
     ends: Int64Array
     of_face: Int64Array
     wings: Int64Array
-    hinge: Int64Array
 
 
 @dataclass(frozen=True, slots=True)
 class Butterflies:
-    """The jump operator of each butterfly.
+    """The regulariser's operator on each butterfly.
 
     Attributes:
-        stencil: Shape (w, 4), int64: unknowns a, b, c, d.
-        jump: Shape (w, 4), float64, 1/m: coefficients of the gradient jump.
-        area: Shape (w, 2), float64, m²: areas of the two faces.
-        heights: Shape (w, 2), float64, m.
-        length: Shape (w,), float64, m.
-        hinge: Shape (w,), int64: the edge (a, b).
-        sides: Shape (w, 4), int64: the edges (a, c), (b, c), (a, d), (b, d).
-        faces: Shape (w, 2), int64: the face with c and the face with d.
+        stencil: Shape (w, 4), int32: unknowns a, b, c, d.
+        operator: Shape (w, 4), float64, metres: (A_c + A_d) times the coefficients of the gradient jump.
+        hinge: Shape (w,), int32: the edge (a, b).
+        sides: Shape (w, 4), int32: the edges (a, c), (b, c), (a, d), (b, d).
+        faces: Shape (w, 2), int32: the face with c and the face with d.
         degenerate: Butterflies left out because a height is below `SLIVER`.
     """
 
-    stencil: Int64Array
-    jump: Float64Array
-    area: Float64Array
-    heights: Float64Array
-    length: Float64Array
-    hinge: Int64Array
-    sides: Int64Array
-    faces: Int64Array
+    stencil: Int32Array
+    operator: Float64Array
+    hinge: Int32Array
+    sides: Int32Array
+    faces: Int32Array
     degenerate: int
 
 
@@ -74,115 +73,116 @@ def find_edges(corners: Int64Array, normals: Float64Array, crease_angle: float) 
     """Edges and smooth interior edges.
 
     An edge carries a butterfly if exactly two distinct faces meet there and their normals differ by at most the crease
-    angle; the order of the corners does not matter, so inconsistent winding of a flat surface loses it, as its two
-    sides are different surfaces. Faces on the same three unknowns with the same side count once.
+    angle. The order of the corners does not matter: a smooth surface whose winding is inconsistent has opposed normals
+    there, and its two sides are different surfaces. Faces on the same three unknowns with the same side count once.
 
     Args:
         corners: Shape (m, 3), int64, unknowns.
         normals: Shape (m, 3), float64, unit face normals; zero for degenerate faces, which never pair.
         crease_angle: In degrees.
     """
-    face_count = len(corners)
-    tail, head = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+    tail, head = corners.ravel(), corners[:, [1, 2, 0]].ravel()
     low, high = np.minimum(tail, head), np.maximum(tail, head)
-    size = int(corners.max()) + 1 if face_count else 0
-    key = low * size + high
+    size = int(corners.max(initial=0)) + 1
+    key = np.where(low == high, -1, low * size + high)
+    del tail, head, low, high
     order = np.argsort(key, kind="stable")
-    ordered = key[order]
-    new = np.ones(len(key), np.bool_)
-    new[1:] = ordered[1:] != ordered[:-1]
+    key = key[order]
+    begins = np.flatnonzero(np.append(True, key[1:] != key[:-1])) if len(key) else np.zeros(0, np.int64)
+    runs = np.diff(np.append(begins, len(key)))
+    collapsed = len(key) > 0 and key[0] == -1
     number = np.empty(len(key), np.int64)
-    number[order] = np.cumsum(new) - 1
-    firsts = order[new]
-    ends = np.column_stack([low[firsts], high[firsts]])
-    proper = ends[:, 0] != ends[:, 1]
-    renumbered = np.where(proper, np.cumsum(proper) - 1, -1)
-    number = renumbered[number]
-    ends = ends[proper]
+    number[order] = np.repeat(np.arange(len(begins)) - collapsed, runs)
+    if collapsed:
+        begins, runs = begins[1:], runs[1:]
+    ends = np.column_stack(np.divmod(key[begins], size))
 
-    counts = (number >= 0) & np.repeat(_first_of_duplicates(corners, normals), 3)
-    half = np.flatnonzero(counts)
-    half = half[np.argsort(number[half], kind="stable")]
-    at = number[half]
-    uses = np.bincount(at, minlength=len(ends))
-    begin = np.searchsorted(at, np.arange(len(ends)))
-    hinge = np.flatnonzero(uses == 2)
-    wings = np.column_stack([half[begin[hinge]] // 3, half[begin[hinge] + 1] // 3])
-    cosine = np.einsum("ij,ij->i", normals[wings[:, 0]], normals[wings[:, 1]])
+    extra = ~_first_of_duplicates(corners, normals)
+    if extra.any():
+        order = order[~np.repeat(extra, 3)[order]]
+        runs = np.bincount(number[order][number[order] >= 0], minlength=len(ends))
+        begins = np.cumsum(runs) - runs + np.count_nonzero(number[order] < 0)
+    first = begins[runs == 2]
+    wings = np.column_stack([order[first], order[first + 1]])
+    one, other = (wings // 3).T
+    cosine = np.einsum("ij,ij->i", normals[one], normals[other])
     smooth = cosine >= np.cos(np.radians(crease_angle)) - 1e-9
-    return Edges(ends, number.reshape(face_count, 3), wings[smooth], hinge[smooth])
+    return Edges(ends, number.reshape(-1, 3), wings[smooth])
 
 
 def _first_of_duplicates(corners: Int64Array, normals: Float64Array) -> BoolArray:
     """False for a face that repeats an earlier one: the same unknowns and the same side."""
-    ordered = np.sort(corners, axis=1)
-    axis = np.abs(normals).argmax(axis=1)
-    side = normals[np.arange(len(normals)), axis] > 0
-    rows = np.column_stack([ordered, side])
-    order = np.lexsort(rows.T)
-    first = np.ones(len(rows), np.bool_)
-    first[order[1:]] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    first = np.ones(len(corners), np.bool_)
+    if not len(corners):
+        return first
+    low, middle, high = np.sort(corners, axis=1).T
+    order = np.lexsort((high, middle, low))
+    low, middle, high = low[order], middle[order], high[order]
+    same = np.flatnonzero((low[1:] == low[:-1]) & (middle[1:] == middle[:-1]) & (high[1:] == high[:-1]))
+    # runs of faces on one triple: each is held against the first of its run on the same side
+    run = np.append(True, (low[1:] != low[:-1]) | (middle[1:] != middle[:-1]) | (high[1:] != high[:-1]))
+    head = order[np.maximum.accumulate(np.where(run, np.arange(len(order)), 0))]
+    later = order[same + 1]
+    facing = np.einsum("ij,ij->i", normals[later], normals[head[same + 1]]) > 0
+    first[later[facing]] = False
+    for_back = later[~facing]  # the first face on the other side of each run stays, those after it go
+    back_head = head[same + 1][~facing]
+    _, kept = np.unique(back_head, return_index=True)
+    first[np.delete(for_back, kept)] = False
     return first
 
 
 def unfold(positions: Float64Array, corners: Int64Array, edges: Edges) -> Butterflies:
-    """The jump operators of all butterflies.
+    """The operators of all butterflies.
 
     Args:
         positions: Shape (u, 3), float64, metres: one position an unknown.
         corners: Shape (m, 3), int64, unknowns.
         edges: From `find_edges`.
     """
-    a, b = edges.ends[edges.hinge].T
-    along = positions[b] - positions[a]
-    length = np.linalg.norm(along, axis=1)
-    opposite = np.empty((len(a), 2), np.int64)
-    heights = np.empty((len(a), 2))
-    foot = np.empty((len(a), 2))
-    reach = np.empty((len(a), 2))
-    safe = np.maximum(length, 1e-300)
-    for side in range(2):
-        face = corners[edges.wings[:, side]]
-        opposite[:, side] = face.sum(axis=1) - a - b
-        arm = positions[opposite[:, side]] - positions[a]
-        heights[:, side] = np.linalg.norm(np.cross(along, arm), axis=1) / safe
-        foot[:, side] = np.einsum("ij,ij->i", along, arm) / safe**2  # as a share of the edge
-        reach[:, side] = np.maximum(length, np.linalg.norm(arm, axis=1))
-    proper = ((heights > SLIVER * reach) & (length > 0)[:, None]).all(axis=1)
-    proper &= opposite[:, 0] != opposite[:, 1]
-    inverse = 1.0 / np.where(proper[:, None], heights, 1.0)
-    jump = np.column_stack(
-        [
-            -((1 - foot) * inverse).sum(axis=1),
-            -(foot * inverse).sum(axis=1),
-            inverse,
-        ]
-    )
-    keep = np.flatnonzero(proper)
+    cotangent, double_area, longest = _triangles(positions[corners])
+    cotangent, corner, of_side = cotangent.ravel(), corners.ravel(), edges.of_face.ravel()
+    count = len(edges.wings)
+    face, turn = np.divmod(edges.wings, 3)
+    after = edges.wings + np.where(turn == 2, -2, 1)
+    opposite = edges.wings + np.where(turn == 0, 2, -1)
+    stencil = np.empty((count, 4), np.int32)
+    a = corner[edges.wings[:, 0]]
+    b = corner[after[:, 0]]
+    stencil[:, 0], stencil[:, 1] = a, b
+    sides = np.empty((count, 4), np.int32)
+    operator = np.zeros((count, 4))
+    length = np.linalg.norm(positions[b] - positions[a], axis=1)
+    proper = length > 0
+    for wing in range(2):
+        tail, head, top = edges.wings[:, wing], after[:, wing], opposite[:, wing]
+        forward = corner[tail] == a  # whether the side runs from a to b
+        at_a = cotangent[np.where(forward, tail, head)]
+        at_b = cotangent[np.where(forward, head, tail)]
+        operator[:, 0] -= at_b
+        operator[:, 1] -= at_a
+        operator[:, 2 + wing] = at_a + at_b
+        stencil[:, 2 + wing] = corner[top]
+        sides[:, 2 * wing] = of_side[np.where(forward, top, head)]
+        sides[:, 2 * wing + 1] = of_side[np.where(forward, head, top)]
+        proper &= double_area[face[:, wing]] > SLIVER * longest[face[:, wing]] * length
+    proper &= stencil[:, 2] != stencil[:, 3]
+    operator *= (0.5 * double_area[face].sum(axis=1) / np.where(length > 0, length, 1.0))[:, None]
+    keep = slice(None) if proper.all() else np.flatnonzero(proper)
     return Butterflies(
-        stencil=np.column_stack([a, b, opposite])[keep],
-        jump=jump[keep],
-        area=0.5 * length[keep, None] * heights[keep],
-        heights=heights[keep],
-        length=length[keep],
-        hinge=edges.hinge[keep],
-        sides=_sides(edges, corners, a, opposite)[keep],
-        faces=edges.wings[keep],
-        degenerate=int(len(proper) - len(keep)),
+        stencil=stencil[keep],
+        operator=operator[keep],
+        hinge=of_side[edges.wings[:, 0]].astype(np.int32)[keep],
+        sides=sides[keep],
+        faces=face.astype(np.int32)[keep],
+        degenerate=int(np.count_nonzero(~proper)),
     )
 
 
-def _sides(edges: Edges, corners: Int64Array, a: Int64Array, opposite: Int64Array) -> Int64Array:
-    """Edges (a, c), (b, c), (a, d), (b, d) of all butterflies, shape (w, 4)."""
-    sides = np.empty((len(a), 4), np.int64)
-    rows = np.arange(len(a))
-    for side in range(2):
-        faces = edges.wings[:, side]
-        face = corners[faces]
-        at_opposite = (face == opposite[:, side, None]).argmax(axis=1)
-        leaves = edges.of_face[faces, at_opposite]  # from the opposite corner to the next one
-        enters = edges.of_face[faces, (at_opposite + 2) % 3]
-        next_is_a = face[rows, (at_opposite + 1) % 3] == a
-        sides[:, 2 * side] = np.where(next_is_a, leaves, enters)
-        sides[:, 2 * side + 1] = np.where(next_is_a, enters, leaves)
-    return sides
+def _triangles(corner: Float64Array) -> tuple[Float64Array, Float64Array, Float64Array]:
+    """Cotangents of the angles, shape (m, 3); twice the area and the longest edge, shape (m,)."""
+    arm = corner[:, [1, 2, 0]] - corner  # from corner s to corner s + 1
+    double_area = np.linalg.norm(np.cross(arm[:, 0], arm[:, 1]), axis=1)
+    dots = -np.einsum("ijk,ijk->ij", arm, arm[:, [2, 0, 1]])
+    longest = np.sqrt(np.einsum("ijk,ijk->ij", arm, arm).max(axis=1, initial=0.0))
+    return dots / np.where(double_area > 0, double_area, np.inf)[:, None], double_area, longest

@@ -18,11 +18,17 @@ and finite termination" (Computational Optimization and Applications 30(1)), alg
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from bake.solve.scatter import scatter_add
 from bake.types import BoolArray, Float64Array, Int64Array
+
+WORTHWHILE = 0.6
+"""The system is cut down to what is not yet solved once that is less than this share of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,16 +58,16 @@ class BoxSolver:
     """
 
     def __init__(self, matrix: csr_array, first: Int64Array) -> None:
-        self._first = np.asarray(first)[:-1]
-        self._sizes = np.diff(first)
-        diagonal = matrix.diagonal()
-        self._scale = np.sqrt(diagonal)
-        inverse = 1.0 / self._scale
+        diagonal: Float64Array = matrix.diagonal()
+        scale = np.sqrt(diagonal)
+        inverse = 1.0 / scale
         matrix.data *= inverse[matrix.indices]
         matrix.data *= np.repeat(inverse, np.diff(matrix.indptr))
-        self._matrix = matrix
         row_sums = np.add.reduceat(np.abs(matrix.data), matrix.indptr[:-1])  # no row is empty: it has its diagonal
-        self._step = 1.0 / np.maximum.reduceat(row_sums, self._first)  # below 2 / norm, by Gershgorin
+        step = 1.0 / np.maximum.reduceat(row_sums, first[:-1])  # below 2 / norm, by Gershgorin
+        sizes = np.diff(first)
+        component = np.repeat(np.arange(len(sizes)), sizes)
+        self._whole = _Part(matrix, scale, first[:-1], sizes, component, step)
 
     def solve(
         self, rhs: Float64Array, start: Float64Array, *, tolerance: float = 1e-8, most_iterations: int = 200
@@ -74,62 +80,157 @@ class BoxSolver:
             tolerance: Relative projected residual at which a component is done.
             most_iterations: Products with the matrix after which components are given up.
         """
-        a, top = self._matrix, self._scale
-        b = rhs / self._scale
-        goal = tolerance * np.sqrt(self._sum(b * b))
-        x = np.clip(start, 0.0, 1.0) * self._scale
-        gradient = a @ x - b
-        iterations = 1
-        direction = self._free(x, gradient)
-        measure = np.zeros(len(self._first))
+        part = self._whole
+        b = rhs / part.scale
+        norm = np.sqrt(part.sum(b * b))
+        state = _State.begin(part, b, np.clip(start, 0.0, 1.0) * part.scale, tolerance * norm)
+        result = np.empty(len(b))
+        measure = np.zeros(len(norm))
+        unknowns, components = np.arange(len(b)), np.arange(len(norm))
         while True:
-            free = self._free(x, gradient)
-            chopped = np.where(x <= 0, np.minimum(gradient, 0), np.where(x >= top, np.maximum(gradient, 0), 0))
-            free_norm, chopped_norm = self._sum(free * free), self._sum(chopped * chopped)
-            measure = np.sqrt(free_norm + chopped_norm)
-            open_ = measure > goal
-            if not open_.any() or iterations >= most_iterations:
-                break
-            proportional = chopped_norm <= free_norm
-            d = np.where(self._spread(proportional), direction, chopped)
-            d[~self._spread(open_)] = 0.0
-            product = a @ d
-            iterations += 1
-            curvature = self._sum(d * product)
-            safe = np.where(curvature > 0, curvature, 1.0)
-            length = np.where(curvature > 0, self._sum(d * gradient) / safe, 0.0)
-            room = self._room(x, d)
-            step = np.minimum(length, room)
-            moved = self._spread(step)
-            x -= moved * d
-            np.clip(x, 0.0, top, out=x)
-            gradient -= moved * product
-            expands = open_ & proportional & (length > room)
-            if expands.any():
-                change = np.where(self._spread(expands), self._free(x, gradient) * self._spread(self._step), 0.0)
-                change = np.clip(x - change, 0.0, top) - x
-                x += change
-                gradient += a @ change
-                iterations += 1
-            free = self._free(x, gradient)
-            conjugate = open_ & proportional & ~expands
-            weight = np.where(conjugate, self._sum(free * product) / safe, 0.0)
-            direction = free - self._spread(weight) * d
-        norm = np.sqrt(self._sum(b * b))
-        residual = np.where(norm > 0, measure / np.where(norm > 0, norm, 1.0), measure)
-        return BoxSolution(np.clip(x / self._scale, 0.0, 1.0), iterations, residual, measure <= goal)
+            measure[components] = state.measure()
+            working = measure[components] > state.goal
+            stop = not working.any() or state.iterations >= most_iterations
+            inside = part.spread(working)
+            if stop or np.count_nonzero(inside) < WORTHWHILE * len(inside):
+                result[unknowns] = state.x / part.scale
+                if stop:
+                    break
+                part, state = part.only(working, inside), state.only(working, inside)
+                unknowns, components = unknowns[inside], components[working]
+                working, inside = working[working], inside[inside]
+            state.advance(part, working, inside)
+        residual = measure / np.where(norm > 0, norm, 1.0)
+        return BoxSolution(np.clip(result, 0.0, 1.0), state.iterations, residual, measure <= tolerance * norm)
 
-    def _sum(self, values: Float64Array) -> Float64Array:
-        return np.add.reduceat(values, self._first)
 
-    def _spread(self, per_component: np.ndarray) -> np.ndarray:
-        return np.repeat(per_component, self._sizes)
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """Some whole components of the scaled system."""
 
-    def _free(self, x: Float64Array, gradient: Float64Array) -> Float64Array:
-        return np.where((x > 0) & (x < self._scale), gradient, 0.0)
+    matrix: csr_array
+    scale: Float64Array  # root of the diagonal, and thereby the upper bound of a scaled unknown
+    begin: Int64Array  # first unknown of each component
+    sizes: Int64Array  # unknowns of each component
+    component: Int64Array  # of each unknown
+    step: Float64Array  # length of a gradient step that cannot raise the energy, per component
 
-    def _room(self, x: Float64Array, d: Float64Array) -> Float64Array:
-        """Longest step along -d that stays in the box, per component."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            room = np.where(d > 0, x / d, np.where(d < 0, (x - self._scale) / d, np.inf))
-        return np.minimum.reduceat(room, self._first)
+    def sum(self, values: Float64Array) -> Float64Array:
+        """Sums over each component."""
+        return np.add.reduceat(values, self.begin)
+
+    def spread(self, per_component: NDArray[Any]) -> NDArray[Any]:
+        """Each component's value at its unknowns."""
+        return np.repeat(per_component, self.sizes)
+
+    def only(self, components: BoolArray, unknowns: BoolArray) -> _Part:
+        """The part that is left when other components are done."""
+        component = (np.cumsum(components) - 1)[self.component[unknowns]]
+        return _Part(
+            matrix=self.matrix[unknowns][:, unknowns],
+            scale=self.scale[unknowns],
+            begin=np.cumsum(self.sizes[components]) - self.sizes[components],
+            sizes=self.sizes[components],
+            component=component,
+            step=self.step[components],
+        )
+
+
+@dataclass(slots=True)
+class _State:
+    """Where the iteration stands; vectors are in scaled unknowns."""
+
+    x: Float64Array
+    gradient: Float64Array
+    free: Float64Array  # the gradient of unknowns strictly inside the bounds, 0 at the others
+    direction: Float64Array
+    goal: Float64Array
+    free_norm: Float64Array  # squared, per component
+    chopped_norm: Float64Array  # squared, of the part of the gradient that leads from a bound into the box
+    iterations: int
+
+    @staticmethod
+    def begin(part: _Part, b: Float64Array, x: Float64Array, goal: Float64Array) -> _State:
+        gradient = part.matrix @ x - b
+        state = _State(x, gradient, gradient, gradient, goal, goal, goal, 1)
+        state.split(part)
+        state.direction = state.free
+        return state
+
+    def only(self, components: BoolArray, unknowns: BoolArray) -> _State:
+        return _State(
+            self.x[unknowns],
+            self.gradient[unknowns],
+            self.free[unknowns],
+            self.direction[unknowns],
+            self.goal[components],
+            self.free_norm[components],
+            self.chopped_norm[components],
+            self.iterations,
+        )
+
+    def measure(self) -> Float64Array:
+        """Norm of the projected gradient of each component."""
+        return np.sqrt(self.free_norm + self.chopped_norm)
+
+    def split(self, part: _Part) -> None:
+        """Renews what follows from `x` and `gradient`."""
+        self.free = self.gradient * ((self.x > 0) & (self.x < part.scale))
+        self.free_norm = part.sum(self.free * self.free)
+        released, pull = self._released(part)
+        self.chopped_norm = scatter_add(part.component[released], pull * pull, len(self.goal))
+
+    def advance(self, part: _Part, working: BoolArray, inside: BoolArray) -> None:
+        """One step of every working component, in place."""
+        proportional = self.chopped_norm <= self.free_norm
+        d = self.direction
+        if not proportional.all():
+            d = d * part.spread(proportional)
+            released, pull = self._released(part)
+            here = ~proportional[part.component[released]]
+            d[released[here]] = pull[here]
+        if not working.all():
+            d = d * inside
+        product = part.matrix @ d
+        self.iterations += 1
+        curvature = part.sum(d * product)
+        bends = curvature > 0
+        curvature[~bends] = 1.0
+        length = np.where(bends, part.sum(d * self.gradient) / curvature, 0.0)
+        expands = self._move(part, d, product, length) & working & proportional
+        if expands.any():
+            uphill = self.gradient * ((self.x > 0) & (self.x < part.scale)) * part.spread(expands * part.step)
+            change = np.clip(self.x - uphill, 0.0, part.scale) - self.x
+            self.x += change
+            self.gradient += part.matrix @ change
+            self.iterations += 1
+        self.split(part)
+        conjugate = np.where(working & proportional & ~expands, part.sum(self.free * product) / curvature, 0.0)
+        self.direction = self.free - part.spread(conjugate) * d
+
+    def _move(self, part: _Part, d: Float64Array, product: Float64Array, length: Float64Array) -> BoolArray:
+        """Goes `length` along -d, or as far as the box allows; returns which components met a bound."""
+        spread = part.spread(length)
+        move = spread * d
+        trial = self.x - move
+        outside = np.flatnonzero((trial < 0) | (trial > part.scale))
+        met = np.zeros(len(length), np.bool_)
+        if len(outside):
+            going = move[outside]
+            room = np.where(going > 0, self.x[outside], self.x[outside] - part.scale[outside])
+            share = np.ones(len(length))
+            np.minimum.at(share, part.component[outside], room / going)
+            met[part.component[outside]] = True
+            shares = part.spread(share)
+            trial = np.clip(self.x - shares * move, 0.0, part.scale)
+            spread = spread * shares
+        self.x = trial
+        self.gradient -= spread * product
+        return met
+
+    def _released(self, part: _Part) -> tuple[Int64Array, Float64Array]:
+        """Unknowns at a bound that the energy pulls into the box, and their gradients."""
+        at_bound = np.flatnonzero((self.x <= 0) | (self.x >= part.scale))
+        pull = self.gradient[at_bound]
+        into = np.where(self.x[at_bound] <= 0, pull < 0, pull > 0)
+        return at_bound[into], pull[into]

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 
 import numpy as np
 
 from bake.errors import SolveError
 from bake.settings import BakeSettings, MappingKind
-from bake.solve.average import weighted_average
-from bake.solve.conjugate_gradient import BoxSolver
-from bake.solve.mass import FaceMoments, at_corners, face_moments, right_hand_side
-from bake.solve.regulariser import operators
+from bake.solve.conjugate_gradient import BoxSolution, BoxSolver
+from bake.solve.mass import FaceMoments, face_moments
 from bake.solve.surface import build_surface
-from bake.solve.system import System, build_system
+from bake.solve.system import Equations, System, build_equations
 from bake.types import (
     BoolArray,
     Float32Array,
@@ -37,6 +38,17 @@ ACCEPTABLE = 1e-4
 MOST_ITERATIONS = 200
 
 
+@dataclass(frozen=True, slots=True)
+class _Outcome:
+    """Values at the unknowns, shape (u, k), and how they were found."""
+
+    values: Float64Array
+    iterations: int
+    residual: float
+    limited: int
+    averaged: int
+
+
 class VertexMapper:
     """Maps samples of one scene to its vertices, as often as values, validity or smoothing change.
 
@@ -54,8 +66,9 @@ class VertexMapper:
         self._samples = samples
         self._settings = settings
         self.surface = build_surface(world, crease_angle=settings.crease_angle, weld_instances=settings.weld_instances)
-        self._operator = operators(self.surface)
-        self._summed: tuple[Float32Array, BoolArray, FaceMoments] | None = None
+        own = [np.nan if keys.alpha is None else keys.alpha for keys in world.object_keys]
+        self._own_alpha = np.array(own, np.float64)[self.surface.owner]
+        self._kept: tuple[Float32Array, BoolArray, FaceMoments, Equations] | None = None
 
     def system(self, ao: Float32Array, valid: BoolArray, *, alpha: float | None = None) -> System:
         """The linear system behind `solve`, for those who explain its values.
@@ -65,7 +78,7 @@ class VertexMapper:
             valid: Shape (n,), bool.
             alpha: Smoothing; the settings' if None. Objects with their own keep it.
         """
-        return build_system(self.surface, self._moments(ao, valid), self._operator, self._face_alpha(alpha))
+        return self._equations(ao, valid)[1].system(self._settings.alpha if alpha is None else alpha)
 
     def solve(
         self,
@@ -88,60 +101,53 @@ class VertexMapper:
         Raises:
             SolveError: a value that should be used is not finite.
         """
-        tell = on_progress or (lambda step, share: None)
+        tell = on_progress or _silent
         if not np.isfinite(ao[valid]).all():
             raise SolveError("a valid sample has no finite AO", where="samples", remedy="trace the scene again")
         tell("assemble", 0.0)
-        moments = self._moments(ao, valid)
+        moments, equations = self._equations(ao, valid)
         if (mapping or self._settings.mapping) is MappingKind.AVERAGE:
-            mass = at_corners(self.surface, moments.mass)
-            values, starved = weighted_average(self.surface, mass, right_hand_side(self.surface, moments))
-            iterations, residual, limited, averaged = 0, 0.0, 0, 0
+            outcome = _Outcome(equations.average, 0, 0.0, 0, 0)
         else:
-            system = build_system(self.surface, moments, self._operator, self._face_alpha(alpha))
-            starved, limited = system.starved, system.limited
-            values, iterations, residual, averaged = self._least_squares(system, tell)
+            outcome = self._least_squares(equations, self._settings.alpha if alpha is None else alpha, tell)
         tell("done", 1.0)
-        return self._field(values, starved, moments, iterations, residual, limited, averaged)
+        return self._field(outcome, equations.starved, moments)
 
-    def _least_squares(
-        self, system: System, tell: Callable[[str, float], None]
-    ) -> tuple[Float64Array, int, float, int]:
+    def _least_squares(self, equations: Equations, alpha: float, tell: Callable[[str, float], None]) -> _Outcome:
         first = self.surface.first
-        values = system.average.copy()
+        values = equations.average.copy()
         if not len(values):
-            return values, 0, 0.0, 0
+            return _Outcome(values, 0, 0.0, 0, 0)
         tell("solve", 0.3)
+        system = equations.system(alpha)
         solver = BoxSolver(system.matrix, first)
         columns = values.shape[1]
-        iterations, residual = 0, 0.0
-        failed = np.zeros(len(first) - 1, np.bool_)
-        for k in range(columns):
-            solution = solver.solve(
+
+        def column(k: int) -> BoxSolution:
+            return solver.solve(
                 system.rhs[:, k], system.average[:, k], tolerance=TOLERANCE, most_iterations=MOST_ITERATIONS
             )
-            values[:, k] = solution.x
-            iterations = max(iterations, solution.iterations)
-            bad = ~solution.converged & ~(solution.residual <= ACCEPTABLE)
-            residual = max(residual, float(np.where(bad, 0.0, solution.residual).max(initial=0.0)))
-            failed |= bad
-            tell("solve", 0.3 + 0.7 * (k + 1) / columns)
+
+        iterations, residual = 0, 0.0
+        failed = np.zeros(len(first) - 1, np.bool_)
+        # NumPy and SciPy let go of the interpreter while they work: distances are solved side by side
+        with ThreadPoolExecutor(min(columns, os.cpu_count() or 1), "solve") as pool:
+            for k, solution in enumerate(pool.map(column, range(columns))):
+                values[:, k] = solution.x
+                iterations = max(iterations, solution.iterations)
+                bad = ~solution.converged & ~(solution.residual <= ACCEPTABLE)
+                residual = max(residual, float(np.where(bad, 0.0, solution.residual).max(initial=0.0)))
+                failed |= bad
+                tell("solve", 0.3 + 0.7 * (k + 1) / columns)
         back = np.repeat(failed, np.diff(first))
         if back.any():
             logger.warning("%d components did not converge and keep their average", int(failed.sum()))
             values[back] = system.average[back]
-        return values, iterations, residual, int(np.count_nonzero(back))
+        limited = equations.limited if alpha > 0.0 else 0
+        return _Outcome(values, iterations, residual, limited, int(np.count_nonzero(back)))
 
-    def _field(
-        self,
-        values: Float64Array,
-        starved: BoolArray,
-        moments: FaceMoments,
-        iterations: int,
-        residual: float,
-        limited: int,
-        averaged: int,
-    ) -> VertexField:
+    def _field(self, outcome: _Outcome, starved: BoolArray, moments: FaceMoments) -> VertexField:
+        values = outcome.values
         surface = self.surface
         baked = surface.unknown >= 0
         own = surface.unknown[baked]
@@ -154,27 +160,27 @@ class VertexMapper:
         report = SolveReport(
             unknowns=surface.unknown_count,
             components=len(surface.first) - 1,
-            iterations=iterations,
-            residual=residual,
-            limited_edges=limited,
+            iterations=outcome.iterations,
+            residual=outcome.residual,
+            limited_edges=outcome.limited,
             bounded=tuple(int(n) for n in at_bound[own].sum(axis=0)),
             rmse=_rmse(surface.corners, values, moments),
-            averaged=averaged,
+            averaged=outcome.averaged,
         )
         return VertexField(ao, state, report)
 
-    def _moments(self, ao: Float32Array, valid: BoolArray) -> FaceMoments:
-        kept = self._summed
+    def _equations(self, ao: Float32Array, valid: BoolArray) -> tuple[FaceMoments, Equations]:
+        kept = self._kept
         if kept is not None and kept[0] is ao and np.array_equal(kept[1], valid):
-            return kept[2]
+            return kept[2], kept[3]
         moments = face_moments(self.surface, self._samples, ao, valid)
-        self._summed = (ao, valid.copy(), moments)
-        return moments
+        equations = build_equations(self.surface, moments, self._own_alpha)
+        self._kept = (ao, valid.copy(), moments, equations)
+        return moments, equations
 
-    def _face_alpha(self, alpha: float | None) -> Float64Array:
-        common = self._settings.alpha if alpha is None else alpha
-        per_object = [common if keys.alpha is None else keys.alpha for keys in self._world.object_keys]
-        return np.array(per_object, np.float64)[self.surface.owner]
+
+def _silent(step: str, share: float) -> None:
+    """Tells nobody."""
 
 
 def map_to_vertices(

@@ -17,8 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bake.solve.scatter import scatter_add
 from bake.solve.surface import Surface
-from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SampleSet
+from bake.types import BoolArray, Float32Array, Float64Array, SampleSet
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +65,7 @@ def face_moments(surface: Surface, samples: SampleSet, ao: Float32Array, valid: 
     phi[2] = 1.0 - phi[0] - phi[1]
 
     def total(values: Float64Array) -> Float64Array:
-        return np.bincount(row, values, minlength=faces)
+        return scatter_add(row, values, faces)
 
     square, mixed = np.empty((faces, 3)), np.empty((faces, 3))
     value, value_square = np.empty((faces, 3, columns)), np.empty((faces, columns))
@@ -82,7 +83,7 @@ def face_moments(surface: Surface, samples: SampleSet, ao: Float32Array, valid: 
 
 def at_corners(surface: Surface, per_corner: Float64Array) -> Float64Array:
     """Sums values at face corners, shape (m, 3), into their unknowns, shape (u,)."""
-    return np.bincount(surface.corners.ravel(), per_corner.ravel(), minlength=surface.unknown_count)
+    return scatter_add(surface.corners, per_corner, surface.unknown_count)
 
 
 def mass_entries(surface: Surface, moments: FaceMoments) -> tuple[Float64Array, Float64Array]:
@@ -97,10 +98,9 @@ def spread_pairs(surface: Surface, diagonal: Float64Array, mixed: Float64Array) 
     """Brings entries between corners (0, 1), (1, 2), (2, 0) of the faces to their edges; see `mass_entries`."""
     edge = surface.face_edge
     proper = edge >= 0
-    entries = np.bincount(edge[proper], mixed[proper], minlength=len(surface.edges))
+    entries = scatter_add(edge[proper], mixed[proper], len(surface.edges))
     if not proper.all():
-        twice: Int64Array = surface.corners[~proper]
-        diagonal = diagonal + np.bincount(twice, 2.0 * mixed[~proper], minlength=surface.unknown_count)
+        diagonal = diagonal + scatter_add(surface.corners[~proper], 2.0 * mixed[~proper], surface.unknown_count)
     return diagonal, entries
 
 

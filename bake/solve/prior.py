@@ -14,14 +14,17 @@ rest E (n - 3): with σ² the variance of a sample about the plane and τ² that
     E[S / 2] = σ² + n τ²,    E[E / (n - 3)] = σ²,
 
 so F = (S / 2) / (E / (n - 3)), pooled over the faces around the vertex, tells n τ² / σ² = F - 1. For the slope of a
-triangle M has the weight 1/12 and the lumped mass 4/12, so that r m adds 3 r per unit of data: the optimal shrinkage
-1 / (1 + σ² / (n τ²)) is reached at r = 1 / (3 (F - 1)). Samples without noise give r = 0 and lose nothing; half as
-many samples give r twice as large.
+lone triangle M has the weight 1/12 and the lumped mass 4/12, so that r m adds 3 r per unit of data and the optimal
+shrinkage 1 / (1 + σ² / (n τ²)) would be reached at r = 1 / (3 (F - 1)). Faces share their corners and the bounds 0 and
+1 know part of the same, so less is best: r = `SHARE` / (F - 1), measured on real levels. Samples without noise give
+r = 0 and lose nothing; half as many samples give r twice as large.
 
 References: James and Stein 1961 and Efron and Morris 1973 for shrinkage by the F ratio.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,13 +32,16 @@ from bake.solve.mass import FaceMoments, at_corners
 from bake.solve.surface import Surface
 from bake.types import Float64Array
 
-STRONGEST = 2.0
-"""Bound on r: by then two thirds of the way to the weighted average."""
+SHARE = 0.1
+"""r times (F - 1). A third is the theory of a lone triangle without bounds; docs/method-vertices.md has the figures."""
+
+STRONGEST = 1.0
+"""Bound on r: by then a slope keeps a quarter of what least squares would give it."""
 
 POOLED_FACES = 16.0
 """How many faces' worth of the scene's mean scatter join those around a vertex, which alone are too few."""
 
-UNKNOWN_NOISE = 0.4
+UNKNOWN_NOISE = 0.12
 """r times samples per face where no face has the four samples that show their noise; typical of real levels."""
 
 UNDETERMINED = 0.02
@@ -45,18 +51,34 @@ FULL_FROM_ALPHA = 0.01
 """The prior grows with alpha up to here: alpha = 0 asks for the plain least squares fit."""
 
 
-def prior_strength(surface: Surface, moments: FaceMoments, alpha: Float64Array) -> Float64Array:
-    """r at every unknown, shape (u,), float64, in [0, STRONGEST].
+@dataclass(frozen=True, slots=True)
+class Trust:
+    """What the samples tell of their own reliability, whatever alpha is.
+
+    Attributes:
+        count: Shape (u,), float64: valid samples on a face, mean over the faces around the unknown that have any.
+        shrinkage: Shape (u,), float64, in [0, STRONGEST]: r as the noise asks for it.
+    """
+
+    count: Float64Array
+    shrinkage: Float64Array
+
+    def strength(self, alpha: Float64Array) -> Float64Array:
+        """r at every unknown, shape (u,), for the alpha there, shape (u,)."""
+        wanted = self.shrinkage * np.minimum(1.0, alpha / FULL_FROM_ALPHA)
+        return np.maximum(wanted, UNDETERMINED * np.clip(4.0 - self.count, 0.0, 1.0))
+
+
+def estimate_trust(surface: Surface, moments: FaceMoments) -> Trust:
+    """Compares signal and noise around every unknown.
 
     Args:
         surface: The welded surface.
         moments: Sums of the valid samples.
-        alpha: Shape (u,), float64: alpha at each unknown.
     """
     count = _mean_count(surface, moments)
     noise = _slope_noise(surface, moments) / np.maximum(count, 1.0)
-    shrinkage = np.minimum(noise, STRONGEST) * np.minimum(1.0, alpha / FULL_FROM_ALPHA)
-    return np.maximum(shrinkage, UNDETERMINED * np.clip(4.0 - count, 0.0, 1.0))
+    return Trust(count, np.minimum(noise, STRONGEST))
 
 
 def _mean_count(surface: Surface, moments: FaceMoments) -> Float64Array:
@@ -67,7 +89,7 @@ def _mean_count(surface: Surface, moments: FaceMoments) -> Float64Array:
 
 
 def _slope_noise(surface: Surface, moments: FaceMoments) -> Float64Array:
-    """σ² / (3 τ²) at every unknown: r times the number of samples on a face, shape (u,)."""
+    """`SHARE` σ² / τ² at every unknown: r times the number of samples on a face, shape (u,)."""
     explained, rest, freedom, usable = _scatter(moments)
     if freedom.sum() <= 0:
         return np.full(surface.unknown_count, UNKNOWN_NOISE)
@@ -81,7 +103,7 @@ def _slope_noise(surface: Surface, moments: FaceMoments) -> Float64Array:
     signal = pooled(explained) / 2.0 - variance * pooled(usable.astype(np.float64))
     per_sample = signal / pooled(usable_count)
     with np.errstate(divide="ignore", invalid="ignore"):
-        noise = np.where(variance > 0, variance / (3.0 * per_sample), 0.0)
+        noise = np.where(variance > 0, SHARE * variance / per_sample, 0.0)
     # no slope beyond what noise explains: nothing speaks against the average
     return np.where((per_sample > 0) | (variance <= 0), noise, np.inf)
 

@@ -8,10 +8,10 @@ the small face's values to the large one's plane with thousands of times the sma
 overshoot and conjugate gradients crawl. Scaling the whole operator down keeps its null space, constants and functions
 affine across the pair, so each edge is held to
 
-    α_e g_i² ≤ α m_i   for each of its four vertices i,
+    g_i² ≤ m_i   for each of its four vertices i,
 
-m the lumped mass: smoothing never outweighs the vertex's own samples by more than alpha. On a regular grid of
-equilateral triangles the textbook term has g² = 1.15 m, so there the bound hardly shows.
+m the lumped mass: an edge never pulls at a vertex with more than alpha times the weight of the vertex's own samples. On
+a regular grid of equilateral triangles the textbook term has g² = 1.15 m, so there the bound hardly shows.
 """
 
 from __future__ import annotations
@@ -20,51 +20,50 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bake.solve.scatter import scatter_add
 from bake.solve.surface import Surface
 from bake.types import Float64Array
 
 
 @dataclass(frozen=True, slots=True)
 class EdgeTerms:
-    """Entries of α R on the pattern of the surface.
+    """Entries of R, or of a multiple of it, on the pattern of the surface.
 
     Attributes:
         diagonal: Shape (u,), m².
         edges: Shape (e,), m².
         wings: Shape (w,), m².
-        limited: Butterflies whose strength was bounded.
     """
 
     diagonal: Float64Array
     edges: Float64Array
     wings: Float64Array
-    limited: int
 
 
-def operators(surface: Surface) -> Float64Array:
-    """Textbook G_e of every butterfly on its unknowns (a, b, c, d), shape (w, 4), float64, metres."""
-    return surface.butterflies.jump * surface.butterflies.area.sum(axis=1)[:, None]
-
-
-def edge_terms(surface: Surface, operator: Float64Array, alpha: Float64Array, mass: Float64Array) -> EdgeTerms:
-    """α R, bounded.
+def bounded_share(surface: Surface, mass: Float64Array) -> Float64Array:
+    """What is left of each butterfly's textbook term, shape (w,), in [0, 1].
 
     Args:
         surface: The welded surface.
-        operator: From `operators`.
-        alpha: Shape (m,), float64: alpha of each face; a butterfly takes the mean of its two.
-        mass: Shape (u,), float64, m²: lumped mass that bounds the strength.
+        mass: Shape (u,), float64, m²: the weight that bounds an edge's pull at each unknown.
     """
     wings = surface.butterflies
-    strength = alpha[wings.faces].mean(axis=1)
-    square = operator * operator
-    with np.errstate(divide="ignore"):
-        share = np.minimum(1.0, (mass[wings.stencil] / square).min(axis=1, initial=np.inf))
-    weight = strength * share
-    a, b, c, d = operator.T
-    diagonal = np.bincount(wings.stencil.ravel(), (square * weight[:, None]).ravel(), minlength=surface.unknown_count)
-    edges = np.bincount(wings.hinge, weight * a * b, minlength=len(surface.edges))
-    products = np.column_stack([a * c, b * c, a * d, b * d]) * weight[:, None]
-    edges += np.bincount(wings.sides.ravel(), products.ravel(), minlength=len(surface.edges))
-    limited = int(np.count_nonzero((share < 1.0) & (strength > 0.0)))
-    return EdgeTerms(diagonal, edges, weight * c * d, limited)
+    share = np.ones(len(wings.hinge))
+    for corner in range(4):
+        pull = wings.operator[:, corner] ** 2
+        weight = mass[wings.stencil[:, corner]]
+        np.divide(weight, pull, out=share, where=pull * share > weight)
+    return share
+
+
+def edge_terms(surface: Surface, weight: Float64Array) -> EdgeTerms:
+    """R with the butterflies weighted by `weight`, shape (w,)."""
+    wings = surface.butterflies
+    a, b, c, d = wings.operator.T
+    diagonal = np.zeros(surface.unknown_count)
+    edges = scatter_add(wings.hinge, weight * a * b, len(surface.edges))
+    for corner, g in enumerate((a, b, c, d)):
+        diagonal += scatter_add(wings.stencil[:, corner], weight * g * g, surface.unknown_count)
+    for side, product in enumerate((a * c, b * c, a * d, b * d)):
+        edges += scatter_add(wings.sides[:, side], weight * product, len(surface.edges))
+    return EdgeTerms(diagonal, edges, weight * c * d)

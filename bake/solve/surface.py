@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from bake.solve.butterflies import Butterflies, find_edges, unfold
 from bake.solve.weld import weld_vertices
-from bake.types import BoolArray, Float64Array, Int64Array, World
+from bake.types import BoolArray, Float64Array, Int32Array, Int64Array, World
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +46,9 @@ class Surface:
     face_edge: Int64Array
     edges: Int64Array
     butterflies: Butterflies
-    _indptr: Int64Array
-    _indices: Int64Array
-    _order: Int64Array
+    _indptr: Int32Array
+    _indices: Int32Array
+    _order: Int32Array
 
     @property
     def unknown_count(self) -> int:
@@ -70,7 +70,8 @@ class Surface:
         """
         upper = np.concatenate([edges, wings])
         data = np.concatenate([upper, upper, diagonal])[self._order]
-        return csr_array((data, self._indices, self._indptr), shape=(self.unknown_count,) * 2, copy=False)
+        size = self.unknown_count
+        return csr_array((data, self._indices, self._indptr), shape=(size, size), copy=False)
 
 
 def build_surface(world: World, *, crease_angle: float, weld_instances: bool) -> Surface:
@@ -103,14 +104,7 @@ def build_surface(world: World, *, crease_angle: float, weld_instances: bool) ->
     edges = find_edges(corners, scaled / np.maximum(double, 1e-300)[:, None], crease_angle)
     butterflies = unfold(position, corners, edges)
 
-    low = np.concatenate([edges.ends[:, 0], butterflies.stencil[:, 2]])
-    high = np.concatenate([edges.ends[:, 1], butterflies.stencil[:, 3]])
-    every = np.arange(count)
-    rows, columns = np.concatenate([low, high, every]), np.concatenate([high, low, every])
-    order = np.argsort(rows, kind="stable")
-    index = np.int32 if len(rows) < 2**31 else np.int64
-    indptr = np.zeros(count + 1, index)
-    indptr[1:] = np.cumsum(np.bincount(rows, minlength=count))
+    indptr, indices, order = _pattern(edges.ends, butterflies.stencil[:, 2:], count)
     return Surface(
         unknown=unknown,
         referenced=referenced,
@@ -124,9 +118,24 @@ def build_surface(world: World, *, crease_angle: float, weld_instances: bool) ->
         edges=edges.ends,
         butterflies=butterflies,
         _indptr=indptr,
-        _indices=columns[order].astype(index),
-        _order=order.astype(index),
+        _indices=indices,
+        _order=order,
     )
+
+
+def _pattern(edges: Int64Array, wings: Int32Array, count: int) -> tuple[Int32Array, Int32Array, Int32Array]:
+    """Row pointers, columns and, for each entry, its place among edges, wings, both once more, and the diagonal.
+
+    A wing may join unknowns that an edge joins already; the matrix then has the entry twice, which adds up.
+    """
+    low = np.concatenate([edges[:, 0], wings[:, 0]]).astype(np.int32)
+    high = np.concatenate([edges[:, 1], wings[:, 1]]).astype(np.int32)
+    every = np.arange(count, dtype=np.int32)
+    rows, columns = np.concatenate([low, high, every]), np.concatenate([high, low, every])
+    order = np.argsort(rows, kind="stable").astype(np.int32)
+    indptr = np.zeros(count + 1, np.int32)
+    indptr[1:] = np.cumsum(np.bincount(rows, minlength=count))
+    return indptr, columns[order], order
 
 
 def _by_component(unknown: Int64Array, corners: Int64Array, count: int) -> tuple[Int64Array, Int64Array, Int64Array]:

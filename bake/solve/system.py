@@ -1,10 +1,12 @@
-"""The linear system of the least squares mapping: data, regulariser and prior in one matrix.
+"""The linear system of the least squares mapping: data, regulariser and prior in one matrix for all distances.
 
     (M + α R + diag(p)) x = b + p x̄
 
 with p = r m where a vertex has samples (`bake.solve.prior`). A starved vertex has no row in M: it is tied to its
-neighbours by a weak graph Laplacian on its faces' own area (which fills it harmonically), by α R where it lies across a
-butterfly, and by a last tiny weight to the filled average, so that the matrix is positive definite whatever the mesh.
+neighbours by a graph Laplacian on its faces' own area, which fills it harmonically, by α R where a butterfly reaches
+it, and by a last small weight to the filled average, so that the matrix is positive definite whatever the mesh. All
+these weigh a millionth of the data: the fill follows its surroundings and does not move them. To the solver, which
+scales the diagonal to one, that costs nothing.
 
 x is linear in the samples as long as no bound is active and r is held fixed: the system keeps what an adjoint needs.
 """
@@ -18,16 +20,19 @@ from scipy.sparse import csr_array
 
 from bake.solve.average import weighted_average
 from bake.solve.mass import FaceMoments, at_corners, mass_entries, right_hand_side, spread_pairs
-from bake.solve.prior import prior_strength
-from bake.solve.regulariser import edge_terms
+from bake.solve.prior import Trust, estimate_trust
+from bake.solve.regulariser import EdgeTerms, bounded_share, edge_terms
 from bake.solve.surface import Surface
 from bake.types import BoolArray, Float64Array
 
-STARVED = 0.1
+STARVED = 1e-6
 """Weight of the Laplacian that fills starved vertices, in units of their faces' area."""
 
-ANCHOR = 1e-3
+ANCHOR = 0.03
 """Weight that ties a starved vertex to the filled average, in units of its Laplacian."""
+
+FILL_PULL = 0.1
+"""Share of its Laplacian that bounds an edge's pull at a starved vertex, which has no samples to bound it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,58 +41,111 @@ class System:
 
     Attributes:
         matrix: Shape (u, u), symmetric positive definite, m².
-        rhs: Shape (u, k), float64, m².
+        rhs: Shape (u, k), float64, m²; a sample's value enters with (1 + r) dA φ.
         average: Shape (u, k), float64, in [0, 1]: the filled weighted average, the prior's centre and the first guess.
-        strength: Shape (u,), float64: r.
-        mass: Shape (u,), float64, m²: lumped mass; a sample's value enters `rhs` with (1 + r) dA φ.
-        starved: Shape (u,), bool: unknowns without a valid sample.
-        limited: Butterflies whose regulariser was bounded.
+        strength: Shape (u,), float64: r; 0 at starved unknowns.
     """
 
     matrix: csr_array
     rhs: Float64Array
     average: Float64Array
     strength: Float64Array
+
+
+@dataclass(frozen=True, slots=True)
+class Equations:
+    """All of the system but alpha: made once for each set of values and validity.
+
+    Attributes:
+        mass: Shape (u,), float64, m²: lumped mass.
+        data: Shape (u, k), float64, m²: b.
+        average: Shape (u, k), float64, in [0, 1]: the filled weighted average.
+        starved: Shape (u,), bool: unknowns without a valid sample.
+        limited: Butterflies whose regulariser was bounded.
+    """
+
     mass: Float64Array
+    data: Float64Array
+    average: Float64Array
     starved: BoolArray
     limited: int
+    _surface: Surface
+    _trust: Trust
+    _diagonal: Float64Array
+    _edges: Float64Array
+    _anchor: Float64Array
+    _common: EdgeTerms
+    _own: EdgeTerms | None
+    _own_alpha: Float64Array | None
+
+    def system(self, alpha: float) -> System:
+        """The system for the alpha of objects that have none of their own."""
+        alpha_here = np.full(len(self.mass), alpha)
+        if self._own_alpha is not None:
+            alpha_here = np.where(np.isnan(self._own_alpha), alpha, self._own_alpha)
+        strength = np.where(self.starved, 0.0, self._trust.strength(alpha_here))
+        pull = strength * self.mass + self._anchor
+        diagonal = self._diagonal + pull + alpha * self._common.diagonal
+        edges = self._edges + alpha * self._common.edges
+        wings = alpha * self._common.wings
+        if self._own is not None:
+            diagonal += self._own.diagonal
+            edges += self._own.edges
+            wings += self._own.wings
+        matrix = self._surface.matrix(diagonal, edges, wings)
+        return System(matrix, self.data + pull[:, None] * self.average, self.average, strength)
 
 
-def build_system(surface: Surface, moments: FaceMoments, operator: Float64Array, alpha: Float64Array) -> System:
-    """Assembles the system.
+def build_equations(surface: Surface, moments: FaceMoments, own_alpha: Float64Array) -> Equations:
+    """Assembles what does not depend on alpha.
 
     Args:
         surface: The welded surface.
         moments: Sums of the valid samples.
-        operator: From `bake.solve.regulariser.operators`.
-        alpha: Shape (m,), float64: alpha of each face.
+        own_alpha: Shape (m,), float64: alpha of faces whose object has its own, NaN elsewhere. A butterfly between
+            two objects takes the larger.
     """
     mass = at_corners(surface, moments.mass)
     data = right_hand_side(surface, moments)
     average, starved = weighted_average(surface, mass, data)
-
-    degree = np.maximum(np.bincount(surface.corners.ravel(), minlength=surface.unknown_count), 1)
-    alpha_here = at_corners(surface, np.repeat(alpha[:, None], 3, axis=1)) / degree
-    strength = np.where(starved, 0.0, prior_strength(surface, moments, alpha_here))
-
     diagonal, edges = mass_entries(surface, moments)
-    fill_diagonal, fill_edges, fill_mass = _fill(surface, starved)
-    terms = edge_terms(surface, operator, alpha, np.where(starved, fill_mass, mass))
-    pull = np.where(starved, ANCHOR * fill_mass, strength * mass)
-    matrix = surface.matrix(
-        diagonal + terms.diagonal + fill_diagonal + pull, edges + terms.edges + fill_edges, terms.wings
+    fill_diagonal, fill_edges, fill_scale = _fill(surface, starved)
+    share = bounded_share(surface, np.where(starved, FILL_PULL * fill_scale, mass))
+
+    own: EdgeTerms | None = None
+    own_here: Float64Array | None = None
+    common = share
+    if not np.isnan(own_alpha).all():
+        of_wing = np.fmax(*own_alpha[surface.butterflies.faces].T)
+        common = np.where(np.isnan(of_wing), share, 0.0)
+        own = edge_terms(surface, np.where(np.isnan(of_wing), 0.0, of_wing * share))
+        own_here = np.full(surface.unknown_count, np.nan)
+        np.fmax.at(own_here, surface.corners.ravel(), np.repeat(own_alpha, 3))
+    return Equations(
+        mass=mass,
+        data=data,
+        average=average,
+        starved=starved,
+        limited=int(np.count_nonzero(share < 1.0)),
+        _surface=surface,
+        _trust=estimate_trust(surface, moments),
+        _diagonal=diagonal + fill_diagonal,
+        _edges=edges + fill_edges,
+        _anchor=np.where(starved, ANCHOR * fill_scale, 0.0),
+        _common=edge_terms(surface, common),
+        _own=own,
+        _own_alpha=own_here,
     )
-    rhs = data + pull[:, None] * average
-    return System(matrix, rhs, average, strength, mass, starved, terms.limited)
 
 
 def _fill(surface: Surface, starved: BoolArray) -> tuple[Float64Array, Float64Array, Float64Array]:
     """Diagonal (u,) and edge entries (e,) of the Laplacian on faces with a starved corner, and its scale (u,)."""
+    if not starved.any():
+        return np.zeros(len(starved)), np.zeros(len(surface.edges)), np.zeros(len(starved))
     touched = starved[surface.corners].any(axis=1)
-    typical = surface.area.mean() if len(surface.area) else 1.0
     # degenerate faces carry the fill too, lest their corners hang on nothing
-    weight = np.where(touched, STARVED / 12.0 * np.maximum(surface.area, 1e-9 * max(typical, 1e-300)), 0.0)
+    least = 1e-9 * max(float(surface.area.mean()), 1e-300)
+    weight = np.where(touched, STARVED / 12.0 * np.maximum(surface.area, least), 0.0)
     per_corner = np.repeat(weight[:, None], 3, axis=1)
-    scale = at_corners(surface, 4.0 * per_corner)
     diagonal, edges = spread_pairs(surface, at_corners(surface, 2.0 * per_corner), -per_corner)
-    return diagonal, edges, scale
+    return diagonal, edges, at_corners(surface, 4.0 * per_corner)

@@ -16,7 +16,11 @@ The relation is made transitive, so that a fan of slightly turned normals welds 
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -79,8 +83,8 @@ def _places(world: World, chosen: Int64Array, weld_instances: bool) -> Int64Arra
     positions = world.positions[chosen]
     # A power of two, so that the round coordinates of level editors lie in the middle of a rounding cell.
     extent = max(float(np.abs(positions).max()), 1e-30)
-    quantum = 2.0 ** np.ceil(np.log2(extent * 1e-10))
-    cells = np.round(positions / quantum)
+    quantum = 2.0 ** math.ceil(math.log2(extent * 1e-10))
+    cells: Float64Array = np.round(positions / quantum)
     own = np.where(across, -1, owner)
     place = _equal_rows(np.column_stack([own, cells]))
     if across.any():
@@ -119,7 +123,7 @@ def _split_at_creases(place: Int64Array, normals: Float64Array, crease_angle: fl
     return _merge(group, np.concatenate(left), np.concatenate(right))
 
 
-def _equal_rows(rows: Float64Array) -> Int64Array:
+def _equal_rows(rows: NDArray[np.floating[Any] | np.integer[Any]]) -> Int64Array:
     """A number for each row, equal for equal rows, shape (n,)."""
     order = np.lexsort(rows.T)
     new = np.ones(len(rows), np.bool_)
