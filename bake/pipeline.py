@@ -15,11 +15,11 @@ from bake.devices import Device, resolve
 from bake.errors import SceneError
 from bake.results import check_destination, is_current, load_result, save_result
 from bake.samples import place_samples
-from bake.scene import flatten, load_scene
+from bake.scene import flatten, load_scene, read_bake_options
 from bake.settings import BakeSettings, TracerKind
 from bake.solve import map_to_vertices
 from bake.stages import StageClock, patiently
-from bake.trace import create_tracer
+from bake.trace import Tracer, create_tracer
 from bake.types import BakeResult, Finding, Progress, Role, SampleSet, Scene, Tally, VertexField, VertexState, World
 
 
@@ -61,16 +61,18 @@ def run_bake(request: BakeRequest) -> Generator[Progress, None, BakeOutcome]:
         ObscuraError: a device failed or the result could not be stored. What was in the folder stays.
     """
     clock = StageClock()
-    BakeSettings.from_options(request.options)  # a wrong option is refused before the scene is read
+    settings = settings_for(request.scene_path, request.options)  # refused, if need be, before the scene is read
     check_destination(request.result_path)
-    scene, seconds = yield from patiently("load", lambda: load_scene(request.scene_path))
-    settings = scene_settings(scene, request.options)
+    scene, seconds = yield from patiently(
+        "load", lambda: load_scene(request.scene_path, crease_angle=settings.crease_angle)
+    )
     clock.ran("process geometry", f"{len(scene.objects)} objects, {len(scene.meshes)} meshes", seconds)
     device = resolve(settings.device)
     if _is_current(request.result_path, scene, settings, device):
         return BakeOutcome(load_result(request.result_path, verify=False), True, clock.seconds)
     result = yield from bake(scene, settings, device, clock)
-    yield from patiently("store", lambda: save_result(result, request.result_path))
+    yield Progress("store", 0, 0, clock.seconds)
+    save_result(result, request.result_path)  # not to be stopped half-way: it ends either stored or not begun
     return BakeOutcome(result, False, clock.seconds)
 
 
@@ -116,26 +118,40 @@ def trace(
     world: World, samples: SampleSet, settings: BakeSettings, device: Device, clock: StageClock
 ) -> Generator[Progress, None, tuple[Tally, str, str]]:
     """Traces every sample; returns the tally and the names of the tracer and the device."""
-    yield Progress("build BVH", 0, 0)
     tally = Tally.empty(len(samples), settings.distance_count)
+    tracer, seconds = yield from _tracer(world, settings, device)
+    clock.ran("build BVH", f"{int(world.face_casts.sum()):,} triangles", seconds)
     begin = time.perf_counter()
-    with create_tracer(world, settings, device) as tracer:
-        build = time.perf_counter() - begin
-        clock.ran("build BVH", f"{int(world.face_casts.sum()):,} triangles", build)
+    with tracer:
         total = len(samples) * settings.rays
         for batch in samples.batches(tracer.batch_size):
             tracer.accumulate(samples, batch, tally)
-            done, seconds = batch.stop * settings.rays, time.perf_counter() - begin - build
+            done, seconds = batch.stop * settings.rays, time.perf_counter() - begin
             yield Progress("trace", done, total, seconds, done / max(seconds, 1e-9))
-        seconds = time.perf_counter() - begin - build
+        seconds = time.perf_counter() - begin
         clock.ran("trace", f"{settings.rays} rays a sample", seconds, total)
         return tally, tracer.name, tracer.device
 
 
-def scene_settings(scene: Scene, options: Mapping[str, Any]) -> BakeSettings:
-    """The settings that hold for a scene: its side file's `[bake]` table, overruled by explicit options."""
-    BakeSettings.from_options(scene.bake_options, where=f"{scene.path}.obscura.toml")
-    return BakeSettings.from_options({**scene.bake_options, **options})
+def _tracer(world: World, settings: BakeSettings, device: Device) -> Generator[Progress, None, tuple[Tracer, float]]:
+    if not device.is_cuda:
+        return (yield from patiently("build BVH", lambda: create_tracer(world, settings, device)))
+    # CUDA builds fast, and Warp's objects are best made and used on one thread.
+    yield Progress("build BVH", 0, 0)
+    begin = time.perf_counter()
+    return create_tracer(world, settings, device), time.perf_counter() - begin
+
+
+def settings_for(scene_path: Path, options: Mapping[str, Any]) -> BakeSettings:
+    """The settings that hold for a scene: its side file's `[bake]` table, overruled by explicit options.
+
+    Raises:
+        InputError: an option of either is wrong; the message names the side file if it is at fault.
+    """
+    BakeSettings.from_options(options)
+    own, side_file = read_bake_options(scene_path)
+    BakeSettings.from_options(own, where=side_file)
+    return BakeSettings.from_options({**own, **options})
 
 
 def versions() -> dict[str, str]:
@@ -202,4 +218,4 @@ def _bake_findings(world: World, samples: SampleSet, valid: np.ndarray, solved: 
     return findings
 
 
-__all__ = ["BakeOutcome", "BakeRequest", "bake", "run_bake", "scene_settings", "trace", "versions"]
+__all__ = ["BakeOutcome", "BakeRequest", "bake", "run_bake", "settings_for", "trace", "versions"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from itertools import pairwise
 from typing import Any
 
@@ -45,6 +45,8 @@ class TracerFused(Tracer):
         except RuntimeError as error:
             raise _device_failure(error, warp_device) from error
         self._falloff = self._make_falloff()
+        # Compiling takes seconds when the cache is cold, so it belongs to the preparation.
+        self._compile(obscurance.obscurance_kernel(self.name))
         self._work: Any = None
         self._work_of: SampleSet | None = None
 
@@ -84,8 +86,7 @@ class TracerFused(Tracer):
         if count <= 0:
             return
         wp = self._warp
-        # The first launch compiles; doing that from several threads at once would compile several times.
-        wp.load_module(kernel.module, device=self._warp_device)
+        self._compile(kernel)
 
         def part(begin: int, end: int) -> None:
             wp.launch(kernel, dim=end - begin, inputs=[*inputs, begin], device=self._warp_device)
@@ -96,9 +97,21 @@ class TracerFused(Tracer):
                 return
             parts = min(count, 4 * self._threads)  # four a thread even out what the threads get
             edges = [batch.start + count * i // parts for i in range(parts + 1)]
-            for done in [self._pool.submit(part, a, b) for a, b in pairwise(edges)]:
-                done.result()
+            running = [self._pool.submit(part, a, b) for a, b in pairwise(edges)]
+            try:
+                for done in running:
+                    done.result()
+            finally:
+                # Whatever interrupts us, nobody may free the scene under a thread that still traces.
+                wait(running)
         except RuntimeError as error:
+            raise _device_failure(error, self._warp_device) from error
+
+    def _compile(self, kernel: Any) -> None:
+        # At its first launch a kernel is compiled; several threads at once would compile it several times.
+        try:
+            self._warp.load_module(kernel.module, device=self._warp_device)
+        except (RuntimeError, OSError) as error:
             raise _device_failure(error, self._warp_device) from error
 
     def _array(self, values: NDArray[Any], dtype: Any) -> Any:
@@ -173,7 +186,7 @@ def _packed(textures: tuple[Float32Array, ...]) -> tuple[NDArray[Any], ...]:
     return texels.astype(np.float32), np.cumsum(sizes) - sizes, width, height
 
 
-def _device_failure(error: RuntimeError, device: str) -> DeviceError | OutOfMemoryError:
+def _device_failure(error: Exception, device: str) -> DeviceError | OutOfMemoryError:
     text = str(error)
     if "allocate" in text.lower() or "memory" in text.lower():
         return OutOfMemoryError(
