@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import logging
 
-from PyQt6.QtCore import Qt, pyqtSignal
+from PyQt6.QtCore import Qt, QTimer, pyqtSignal
 from PyQt6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
+
+INFORMATION_MS = 8000
 
 _COLORS = {
     logging.ERROR: ("#7d1f27", "#ffffff"),
@@ -15,7 +17,7 @@ _COLORS = {
 
 
 class Banner(QFrame):
-    """Shows one message until it is closed or replaced."""
+    """Shows one message until it is closed or replaced; what is no more than information leaves by itself."""
 
     log_requested = pyqtSignal()
 
@@ -38,6 +40,9 @@ class Banner(QFrame):
         layout.addWidget(log)
         layout.addWidget(close)
         self.level = logging.NOTSET
+        self._fade = QTimer(self)
+        self._fade.setSingleShot(True)
+        self._fade.timeout.connect(self.hide)
         self.hide()
 
     def text(self) -> str:
@@ -54,3 +59,7 @@ class Banner(QFrame):
         )
         self._text.setText(text)
         self.show()
+        if level <= logging.INFO:
+            self._fade.start(INFORMATION_MS)
+        else:
+            self._fade.stop()

@@ -61,11 +61,11 @@ def read_scene(path: Path, cache: Path) -> OpenedScene:
     Raises:
         InputError: the file, its side file or its options cannot be used.
     """
-    from bake.pipeline import scene_settings
+    from bake.pipeline import settings_for
     from bake.scene import flatten, load_scene
 
-    scene = load_scene(path)
-    settings = scene_settings(scene, {})
+    settings = settings_for(path, {})
+    scene = load_scene(path, crease_angle=settings.crease_angle)
     world = flatten(scene, settings)
     return OpenedScene(
         path=path.resolve(),

@@ -310,6 +310,7 @@ class SkipEditor(SettingEditor):
         columns = [QWidget() for _ in range(2)]
         layouts = [QVBoxLayout(column) for column in columns]
         for number, box in enumerate(self._boxes):
+            box.setToolTip(f"Leave out the stage {box.text()}")
             box.toggled.connect(self.changed)
             layouts[number % 2].addWidget(box)
         for column, layout in zip(columns, layouts, strict=True):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from collections.abc import Generator
@@ -36,9 +37,10 @@ def endless(job: BakeJob) -> Generator[Progress, None, Outcome]:
 
 
 def hanging(job: BakeJob) -> Generator[Progress, None, Outcome]:
-    """Hangs where no flag is looked at, as a device can; a job with seed 2 ends at once."""
+    """Hangs where no flag is looked at, as a device can, and says so before; a job with seed 2 ends at once."""
     yield Progress("trace", 0, 2)
     if job.options["seed"] != 2:
+        logging.getLogger(__name__).info("hanging")
         time.sleep(600.0)
     return Outcome()
 

@@ -84,7 +84,7 @@ def test_cancel_stops_between_steps_and_keeps_the_process(make_engine, qtbot: Qt
 def test_cancel_of_a_hanging_job_answers_and_restarts(make_engine, qtbot: QtBot) -> None:
     """A job that hangs counts as cancelled at once; its process is replaced, and the next job is served."""
     engine = make_engine(bake_doubles.hanging)
-    with qtbot.waitSignal(engine.progressed, timeout=PATIENCE_MS):
+    with qtbot.waitSignal(engine.logged, timeout=PATIENCE_MS):
         engine.bake(SCENE, RESULT, BakeSettings())
     pid = engine.pid
     with qtbot.waitSignal(engine.cancelled, timeout=PATIENCE_MS):
