@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import (  # pyright: ignore[reportMissingTypeStubs]
     connected_components,  # pyright: ignore[reportUnknownVariableType]
 )
 
+from bake.scene.surface import referenced_vertices
 from bake.scene.weld import edge_keys, weld_positions
 from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array
 
@@ -54,7 +55,7 @@ def crease_normals(positions: Float64Array, faces: Int64Array | Int32Array, crea
     groups = int(joined.max(initial=-1)) + 1
     sums = np.stack([np.bincount(joined, weighted[:, axis], groups) for axis in range(3)], axis=1)
     keys = faces.reshape(-1) * np.int64(max(groups, 1)) + joined
-    unused = np.setdiff1d(np.arange(len(positions)), faces.reshape(-1))
+    unused = np.flatnonzero(~referenced_vertices(faces, len(positions)))
     unique, corner_vertex = np.unique(np.concatenate((keys, unused * np.int64(max(groups, 1)))), return_inverse=True)
     corner_vertex = corner_vertex.reshape(-1)
     normals = np.zeros((len(unique), 3))

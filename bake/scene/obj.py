@@ -13,6 +13,7 @@ from bake.scene.obj_materials import read_obj_materials
 from bake.scene.obj_text import ObjText, read_obj_text
 from bake.scene.parsed import ParsedFile, Placement, number_repeats
 from bake.scene.polygons import triangulate_polygons
+from bake.scene.surface import referenced_vertices
 from bake.types import BoolArray, Finding, Float32Array, Int64Array, Mesh
 
 
@@ -30,7 +31,7 @@ def parse_obj(ledger: FileLedger, *, crease_angle: float) -> ParsedFile:
     _refuse_not_finite(text, file)
     findings = _first_findings(text, ledger.scene.name)
     materials, material_findings = read_obj_materials(ledger, text.libraries, text.materials)
-    triangles, polygon = triangulate_polygons(text.positions[text.corners[:, 0]], text.corner_counts)
+    triangles, polygon = triangulate_polygons(text.positions[text.corners[:, 0]], text.corner_counts, where=file)
     owner = text.polygon_object[polygon] if len(polygon) else np.zeros(0, np.int64)
     surface = _shaded(text, text.corners[triangles], owner, crease_angle)
     material = text.polygon_material[polygon] if len(polygon) else np.zeros(0, np.int64)
@@ -90,7 +91,7 @@ def _first_findings(text: ObjText, name: str) -> list[Finding]:
     if short:
         detail = "Faces with fewer than three corners are left out."
         findings.append(Finding(name, "incomplete-triangle", short, detail, "set-aside"))
-    unused = len(text.positions) - len(np.unique(text.corners[:, 0]))
+    unused = len(text.positions) - int(referenced_vertices(text.corners[:, 0], len(text.positions)).sum())
     if unused:
         findings.append(Finding(name, "unreferenced-vertices", unused, "No face uses these vertices.", "info"))
     return findings

@@ -37,7 +37,7 @@ def parse_ply(ledger: FileLedger, *, crease_angle: float) -> ParsedFile:
             remedy="repair the mesh: positions must be finite numbers",
         )
     counts, indices = _polygons(elements.get("face"), len(positions), file)
-    triangles, _ = triangulate_polygons(positions[indices], counts)
+    triangles, _ = triangulate_polygons(positions[indices], counts, where=file)
     faces = indices[triangles].astype(np.int32)
     findings: list[Finding] = []
     if (counts < 3).any():

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from bake.errors import SceneError
 from bake.types import Float64Array, Int64Array
 
+MOST_CONCAVE_CORNERS = 4096  # cutting ears takes cubic time at worst
 
-def triangulate_polygons(corners: Float64Array, counts: Int64Array) -> tuple[Int64Array, Int64Array]:
+
+def triangulate_polygons(
+    corners: Float64Array, counts: Int64Array, *, where: str = ""
+) -> tuple[Int64Array, Int64Array]:
     """Splits polygons into triangles of the same winding.
 
     Convex ones become fans; a quad is cut along its other diagonal if the first leaves it; concave ones with more
@@ -16,20 +21,25 @@ def triangulate_polygons(corners: Float64Array, counts: Int64Array) -> tuple[Int
     Args:
         corners: Shape (c, 3): positions of all corners, polygon after polygon.
         counts: Shape (p,): corners of each polygon; those with fewer than 3 give no triangle.
+        where: The file, for messages.
 
     Returns:
         Triangles, shape (m, 3), int64, as indices into `corners`, in the order of the polygons; and the polygon of
         each, shape (m,).
+
+    Raises:
+        SceneError: a concave polygon with more than 4096 corners.
     """
     first = np.cumsum(counts) - counts
     triangles: list[Int64Array] = []
     owners: list[Int64Array] = []
-    for size in np.unique(counts).tolist():
+    sizes: list[int] = np.flatnonzero(np.bincount(counts)).tolist()
+    for size in sizes:
         if size < 3:
             continue
         polygons = np.flatnonzero(counts == size)
         indices: Int64Array = np.take(first, polygons)[:, None] + np.arange(size, dtype=np.int64)
-        pieces = _split(corners, indices, size)
+        pieces = _split(corners, indices, size, where)
         triangles.append(pieces.reshape(-1, 3))
         owners.append(np.repeat(polygons, size - 2))
     if not triangles:
@@ -39,7 +49,7 @@ def triangulate_polygons(corners: Float64Array, counts: Int64Array) -> tuple[Int
     return np.concatenate(triangles)[order], owner[order]
 
 
-def _split(corners: Float64Array, indices: Int64Array, size: int) -> Int64Array:
+def _split(corners: Float64Array, indices: Int64Array, size: int, where: str) -> Int64Array:
     """Triangles of polygons with `size` corners each, shape (p, size - 2, 3)."""
     steps = np.arange(1, size - 1)
     fans = np.stack(
@@ -54,6 +64,8 @@ def _split(corners: Float64Array, indices: Int64Array, size: int) -> Int64Array:
         other = indices[unfit][:, [[1, 2, 3], [1, 3, 0]]]
         better = _least_agreement(corners[other], normals[unfit]) > 0.0
         fans[unfit[better]] = other[better]
+    elif len(unfit) and size > MOST_CONCAVE_CORNERS:
+        raise SceneError(f"a concave polygon has {size} corners", where=where, remedy="triangulate it before export")
     else:
         for polygon in unfit:
             fans[polygon] = indices[polygon][_clip_ears(corners[indices[polygon]], normals[polygon])]

@@ -96,7 +96,7 @@ class MeshSharer:
         openness = self._openness[mesh.face_material]
         if mesh.uvs is None:
             return openness
-        numbers: list[int] = np.unique(texture[texture >= 0]).tolist()
+        numbers: list[int] = np.flatnonzero(np.bincount(texture + 1)[1:]).tolist()
         for number in numbers:
             if number not in self._pyramids:
                 self._pyramids[number] = OpennessPyramid(self.textures[number])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bake.types import BoolArray, Float64Array, Int32Array
+from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 
 SLIVER_RATIO = 1e-6  # height over longest edge
 AREA_RATIO = 1e-12  # area over the square of the object's diagonal: what float32 coordinates can still resolve
@@ -49,7 +49,7 @@ def lacking_surface(corners: Float64Array, diagonals: Float64Array) -> tuple[Boo
     return points, ~points & ~(doubled_area >= SLIVER_RATIO * longest_squared)
 
 
-def referenced_vertices(faces: Int32Array, vertex_count: int) -> BoolArray:
+def referenced_vertices(faces: Int32Array | Int64Array, vertex_count: int) -> BoolArray:
     """Vertices that some face uses, shape (vertex_count,)."""
     used = np.zeros(vertex_count, np.bool_)
     used[faces.reshape(-1)] = True

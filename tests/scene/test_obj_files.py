@@ -153,7 +153,7 @@ def test_missing_material_file_is_a_finding(tmp_path: Path) -> None:
         (SQUARE + "f 1 2 x", "'x'"),
         (SQUARE + "f 1 2 3.5", "'3.5'"),
         (SQUARE + "f 1/2/3/4 2 3", "'1/2/3/4'"),
-        (SQUARE + "f 1 2 " + "9" * 30, "f lines|refers"),
+        (SQUARE + "f 1 2 " + "9" * 30, "corner '9999"),
         ("v 0 0\nf 1 1 1", "v number 1 is '0 0'"),
         ("v 0 0 zero\nf 1 1 1", "v number 1"),
         ("v 0 0 nan\nf 1 1 1", "v number 1"),

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bake.errors import SceneError
 from bake.scene.polygons import triangulate_polygons
 
 
@@ -65,6 +66,16 @@ def test_no_polygons() -> None:
     triangles, owner = triangulate_polygons(np.zeros((0, 3)), np.zeros(0, np.int64))
     assert triangles.shape == (0, 3)
     assert len(owner) == 0
+
+
+def test_huge_concave_polygon_is_refused() -> None:
+    """A concave polygon of thousands of corners is refused instead of taking for ever; a convex one is not."""
+    angles = np.linspace(0, 2 * np.pi, 5000, endpoint=False)
+    circle = np.column_stack((np.cos(angles), np.sin(angles), 0 * angles))
+    assert len(triangulate_polygons(circle, np.array([5000]))[0]) == 4998
+    circle[7] *= 0.5
+    with pytest.raises(SceneError, match="5000 corners"):
+        triangulate_polygons(circle, np.array([5000]))
 
 
 def test_crossing_polygon_still_gives_all_triangles() -> None:

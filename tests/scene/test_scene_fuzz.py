@@ -144,7 +144,7 @@ def test_wrong_types_are_refused_or_ignored(changes: list[tuple[tuple, Any]]) ->
         try:
             for key in path[:-1]:
                 holder = holder[key]
-            holder[path[-1]] = value
+            holder[path[-1]] = copy.deepcopy(value)
         except (KeyError, TypeError, IndexError):
             continue  # an earlier change removed this place
     assert json.dumps(file.document)
