@@ -57,9 +57,10 @@ def with_ground(world: World, ground: Ground, minimum: Float64Array, maximum: Fl
         minimum, maximum: Shape (3,): the scene's box, relative to the world's origin.
     """
     corners, normal = ground_quad(ground, minimum, maximum)
-    path = GROUND_PATH
+    path, repeat = GROUND_PATH, 0
     while path in world.object_paths:
-        path += "#"
+        repeat += 1
+        path = f"{GROUND_PATH}#{repeat}"
     number, two = world.object_count, len(QUAD_FACES)
 
     def extended(array: NDArray[Any], value: float) -> NDArray[Any]:
