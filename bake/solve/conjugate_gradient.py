@@ -30,6 +30,9 @@ from bake.types import BoolArray, Float64Array, Int64Array
 WORTHWHILE = 0.6
 """The system is cut down to what is not yet solved once that is less than this share of it."""
 
+HELD = 1e-4
+"""How far, judged by the gradient, a value must want to leave the box to count as held back."""
+
 
 @dataclass(frozen=True, slots=True)
 class BoxSolution:
@@ -41,12 +44,14 @@ class BoxSolution:
         residual: Shape (c,), float64: per component the norm of the projected gradient over that of the right-hand
             side, both in the scaled unknowns; 0 where both vanish.
         converged: Shape (c,), bool.
+        held: Shape (n,), bool: at 0 or 1 because of the bounds: without them the value would leave by more than `HELD`.
     """
 
     x: Float64Array
     iterations: int
     residual: Float64Array
     converged: BoolArray
+    held: BoolArray
 
 
 class BoxSolver:
@@ -84,16 +89,17 @@ class BoxSolver:
         b = rhs / part.scale
         norm = np.sqrt(part.sum(b * b))
         state = _State.begin(part, b, np.clip(start, 0.0, 1.0) * part.scale, tolerance * norm)
-        result = np.empty(len(b))
+        result, gradient = np.empty(len(b)), np.empty(len(b))
         measure = np.zeros(len(norm))
         unknowns, components = np.arange(len(b)), np.arange(len(norm))
         while True:
             measure[components] = state.measure()
             working = measure[components] > state.goal
-            stop = not working.any() or state.iterations >= most_iterations
+            stop = not working.any() or state.iterations + 2 > most_iterations
             inside = part.spread(working)
             if stop or np.count_nonzero(inside) < WORTHWHILE * len(inside):
                 result[unknowns] = state.x / part.scale
+                gradient[unknowns] = state.gradient / part.scale
                 if stop:
                     break
                 part, state = part.only(working, inside), state.only(working, inside)
@@ -101,7 +107,9 @@ class BoxSolver:
                 working, inside = working[working], inside[inside]
             state.advance(part, working, inside)
         residual = measure / np.where(norm > 0, norm, 1.0)
-        return BoxSolution(np.clip(result, 0.0, 1.0), state.iterations, residual, measure <= tolerance * norm)
+        result = np.clip(result, 0.0, 1.0)
+        held = ((result <= 0) & (gradient > HELD)) | ((result >= 1) & (gradient < -HELD))
+        return BoxSolution(result, state.iterations, residual, measure <= tolerance * norm, held)
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,9 +208,9 @@ class _State:
         expands = self._move(part, d, product, length) & working & proportional
         if expands.any():
             uphill = self.gradient * ((self.x > 0) & (self.x < part.scale)) * part.spread(expands * part.step)
-            change = np.clip(self.x - uphill, 0.0, part.scale) - self.x
-            self.x += change
-            self.gradient += part.matrix @ change
+            projected = np.clip(self.x - uphill, 0.0, part.scale)
+            self.gradient += part.matrix @ (projected - self.x)
+            self.x = projected
             self.iterations += 1
         self.split(part)
         conjugate = np.where(working & proportional & ~expands, part.sum(self.free * product) / curvature, 0.0)

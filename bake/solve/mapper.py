@@ -40,20 +40,21 @@ MOST_ITERATIONS = 200
 
 @dataclass(frozen=True, slots=True)
 class _Outcome:
-    """Values at the unknowns, shape (u, k), and how they were found."""
+    """Values at the unknowns and which of them the bounds hold back, shape (u, k), and how they were found."""
 
     values: Float64Array
-    iterations: int
-    residual: float
-    limited: int
-    averaged: int
+    held: BoolArray
+    iterations: int = 0
+    residual: float = 0.0
+    limited: int = 0
+    averaged: int = 0
 
 
 class VertexMapper:
     """Maps samples of one scene to its vertices, as often as values, validity or smoothing change.
 
-    Welding, edges and butterflies are found once, on construction; sums over the samples are kept as long as values and
-    validity stay, so that a new alpha costs just the assembly and the solve.
+    Welding, edges and butterflies are found once, on construction. What the samples add up to is kept as long as the
+    array of values is the same one and validity is equal, so that a new alpha costs little more than the solve.
 
     Args:
         world: The flattened scene.
@@ -107,7 +108,7 @@ class VertexMapper:
         tell("assemble", 0.0)
         moments, equations = self._equations(ao, valid)
         if (mapping or self._settings.mapping) is MappingKind.AVERAGE:
-            outcome = _Outcome(equations.average, 0, 0.0, 0, 0)
+            outcome = _Outcome(equations.average, np.zeros(equations.average.shape, np.bool_))
         else:
             outcome = self._least_squares(equations, self._settings.alpha if alpha is None else alpha, tell)
         tell("done", 1.0)
@@ -116,8 +117,9 @@ class VertexMapper:
     def _least_squares(self, equations: Equations, alpha: float, tell: Callable[[str, float], None]) -> _Outcome:
         first = self.surface.first
         values = equations.average.copy()
+        held = np.zeros(values.shape, np.bool_)
         if not len(values):
-            return _Outcome(values, 0, 0.0, 0, 0)
+            return _Outcome(values, held)
         tell("solve", 0.3)
         system = equations.system(alpha)
         solver = BoxSolver(system.matrix, first)
@@ -133,7 +135,7 @@ class VertexMapper:
         # NumPy and SciPy let go of the interpreter while they work: distances are solved side by side
         with ThreadPoolExecutor(min(columns, os.cpu_count() or 1), "solve") as pool:
             for k, solution in enumerate(pool.map(column, range(columns))):
-                values[:, k] = solution.x
+                values[:, k], held[:, k] = solution.x, solution.held
                 iterations = max(iterations, solution.iterations)
                 bad = ~solution.converged & ~(solution.residual <= ACCEPTABLE)
                 residual = max(residual, float(np.where(bad, 0.0, solution.residual).max(initial=0.0)))
@@ -142,9 +144,9 @@ class VertexMapper:
         back = np.repeat(failed, np.diff(first))
         if back.any():
             logger.warning("%d components did not converge and keep their average", int(failed.sum()))
-            values[back] = system.average[back]
+            values[back], held[back] = system.average[back], False
         limited = equations.limited if alpha > 0.0 else 0
-        return _Outcome(values, iterations, residual, limited, int(np.count_nonzero(back)))
+        return _Outcome(values, held, iterations, residual, limited, int(np.count_nonzero(back)))
 
     def _field(self, outcome: _Outcome, starved: BoolArray, moments: FaceMoments) -> VertexField:
         values = outcome.values
@@ -156,14 +158,13 @@ class VertexMapper:
         state = np.full(len(ao), VertexState.NOT_BAKED, np.uint8)
         state[~surface.referenced] = VertexState.UNREFERENCED
         state[baked] = np.where(starved[own], VertexState.FILLED, VertexState.BAKED)
-        at_bound = (values <= 0.0) | (values >= 1.0)
         report = SolveReport(
             unknowns=surface.unknown_count,
             components=len(surface.first) - 1,
             iterations=outcome.iterations,
             residual=outcome.residual,
             limited_edges=outcome.limited,
-            bounded=tuple(int(n) for n in at_bound[own].sum(axis=0)),
+            bounded=tuple(int(n) for n in outcome.held[own].sum(axis=0)),
             rmse=_rmse(surface.corners, values, moments),
             averaged=outcome.averaged,
         )

@@ -151,7 +151,8 @@ def _by_component(unknown: Int64Array, corners: Int64Array, count: int) -> tuple
     order = np.lexsort((appearance, begins[label]))
     place = np.empty(count, np.int64)
     place[order] = np.arange(count)
-    renumbered = np.where(unknown >= 0, place[unknown], -1)
+    renumbered = np.full(len(unknown), -1, np.int64)
+    renumbered[taken] = place[unknown[taken]]
     first = np.zeros(components + 1, np.int64)
     first[1:] = np.cumsum(np.bincount(label, minlength=components)[np.argsort(begins, kind="stable")])
     return renumbered, place[corners], first
