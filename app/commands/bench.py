@@ -14,7 +14,7 @@ from bake.errors import InputError
 if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
-USAGE = "accuracy|speed|scenes [SCENE | FOLDER …] [--json] [settings]"
+USAGE = "accuracy|speed|scenes [SCENE | FOLDER …] [--scale X] [--json] [settings]"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         "converged reference; speed: overhead beyond the rays, and the solver at size; "
                         "scenes: what each scene holds and what baking it costs")  # fmt: skip
     parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
+    parser.add_argument("--scale", type=float, default=1.0, help="metres in a unit of the scenes (accuracy only)")
     parser.add_argument("--json", action="store_true", help="print one JSON object a table, a line each")
     add_settings_options(parser)
 
@@ -46,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _accuracy(arguments: argparse.Namespace) -> list[Measurements]:
     from bake.bench.mapping import measure_mappings
 
-    return [measure_mappings(_scenes(arguments), explicit_options(arguments))]
+    return [measure_mappings(_scenes(arguments), explicit_options(arguments), scale=arguments.scale)]
 
 
 def _speed(arguments: argparse.Namespace) -> list[Measurements]:
