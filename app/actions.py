@@ -62,7 +62,7 @@ ACTIONS: tuple[ActionSpec, ...] = (
     ActionSpec("dark-palette", "View", "Dark window", "Dark colours for the panels", (), True, 5),
     ActionSpec("reset-layout", "View", "&Reset layout", "Put all panels back where they were", (), False, 6),
     ActionSpec("bake", "Bake", "&Bake", "Bake with the settings of the panel", ("Ctrl+B", "F5")),
-    ActionSpec("cancel", "Bake", "&Cancel", "Stop the bake; the stored result stays as it was", ("Escape",)),
+    ActionSpec("cancel", "Bake", "&Cancel", "Stop the bake; without one, let go of the clicked point", ("Escape",)),
     ActionSpec("copy-command", "Bake", "Copy as co&mmand", "The command line that does the same", ("Ctrl+Shift+C",)),
     ActionSpec("keys", "Help", "&Keys and mouse", "What keys and mouse buttons do", ("F1",)),
     ActionSpec("about", "Help", "&About Obscura", "Version and licence"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from PyQt6.QtWidgets import (
     QButtonGroup,
     QCheckBox,
@@ -66,10 +67,10 @@ class DisplayPanel(QWidget):
         self.range.range_changed.connect(self._on_range)
         self.range.reset_requested.connect(self._on_full_range)
         self._fit = QPushButton("Fit")
-        self._fit.setToolTip("Range of the values in view, without the outermost 0.1 % of the area at each end")
+        self._fit.setToolTip("Range of the values in view, without the outermost 0.1 % of the vertices at each end")
         self._fit.clicked.connect(self._on_fit)
-        self._full = QPushButton("0 – 1")
-        self._full.setToolTip("The full range of AO, so that two bakes can be compared")
+        self._full = QPushButton("Full")
+        self._full.setToolTip("All of 0 to 1, so that two bakes can be compared")
         self._full.clicked.connect(self._on_full_range)
         self._map = QComboBox()
         self._map.setToolTip("Colours of the values; differences are always blue – white – orange")
@@ -195,7 +196,8 @@ class DisplayPanel(QWidget):
         self._statistics.setText(
             "no values"
             if histogram.is_empty
-            else f"mean {histogram.mean:.3f}   min {histogram.minimum:.3f}   max {histogram.maximum:.3f}"
+            else f"mean {_rounded(histogram.mean)}   min {_rounded(histogram.minimum)}   "
+            f"max {_rounded(histogram.maximum)}"
         )
 
     def _rebuild_choices(self) -> None:
@@ -210,7 +212,7 @@ class DisplayPanel(QWidget):
             entries.append(("Blended", "Longest and shortest distance mixed, then remapped (0)", Quantity.BLEND, 0))
             for column, distance in enumerate(distances):
                 label = distance_label(distance)
-                tip = f"AO where a blocker at {label} counts half ({column + 1})"
+                tip = f"AO where a blocker at {label} counts half (N steps through the distances)"
                 entries.append((f"AO at {label}", tip, Quantity.DISTANCE, column))
             tip = "This mapping minus the other; open the comparison first (C)"
             entries.append(("Difference", tip, Quantity.DIFFERENCE, 0))
@@ -245,11 +247,17 @@ class DisplayPanel(QWidget):
 
     def _on_fit(self) -> None:
         if self._field is not None:
-            self._on_range(*robust_range(self._field.values, self._document.vertex_areas()))
+            # By vertices, not by area: a wide open backdrop must not decide alone.
+            self._on_range(*robust_range(self._field.values, np.ones(len(self._field.values))))
 
     def _on_full_range(self) -> None:
         if self._field is not None:
             self._document.set_display(self._document.display.with_range(self._field, None, None))
+
+
+def _rounded(value: float) -> str:
+    """Three decimals, without a sign on zero."""
+    return f"{round(value, 3) + 0.0:.3f}"
 
 
 def _percent_spin() -> QDoubleSpinBox:

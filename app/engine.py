@@ -89,6 +89,7 @@ class Engine(QObject):
         self._pending: list[Job] = []
         self._memories: dict[int, SharedMemory] = {}
         self._deaths: list[float] = []
+        self._closed = False
         self._answer_timer = self._single_shot(self._stop_waiting)
         self._patience_timer = self._single_shot(self._lose_patience)
         self._received.connect(self._on_received)
@@ -110,7 +111,7 @@ class Engine(QObject):
 
     def start(self) -> None:
         """Starts the process if it is down; jobs may be given at once."""
-        if self._process is not None:
+        if self._process is not None or self._closed:
             return
         self._generation += 1
         ours, theirs = self._context.Pipe()
@@ -159,7 +160,8 @@ class Engine(QObject):
         self._patience_timer.start(PATIENCE_MS)
 
     def close(self) -> None:
-        """Ends the process and the thread that listens to it; no signal follows."""
+        """Ends the process and the thread that listens to it, for good; jobs given later are dropped."""
+        self._closed = True
         self._answer_timer.stop()
         self._patience_timer.stop()
         self._end_process(patience=0.3)
@@ -178,6 +180,9 @@ class Engine(QObject):
             self.state_changed.emit(state)
 
     def _submit(self, job: Job) -> None:
+        if self._closed:
+            self._release(job)
+            return
         self._pending.append(job)
         self.start()
         self._send_next()

@@ -37,7 +37,7 @@ class GLView(QtInteractor):
     _painted = False
 
     def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent, auto_update=False, multi_samples=4)
+        super().__init__(parent, auto_update=False, multi_samples=0)
         self.setAcceptDrops(False)  # the window takes drops; PyVista would read the file itself
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         renderer = self.renderer

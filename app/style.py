@@ -6,8 +6,8 @@ from PyQt6.QtGui import QColor, QPalette
 from PyQt6.QtWidgets import QApplication
 
 _DARK = {
-    "Window": "#2b2d30", "WindowText": "#e4e5e6", "Base": "#1f2123", "AlternateBase": "#26282b", "Text": "#e4e5e6",
-    "Button": "#3a3d41", "ButtonText": "#e4e5e6", "BrightText": "#ffffff", "ToolTipBase": "#3a3d41",
+    "Window": "#313337", "WindowText": "#e4e5e6", "Base": "#212327", "AlternateBase": "#282b2f", "Text": "#e4e5e6",
+    "Button": "#43464c", "ButtonText": "#e4e5e6", "BrightText": "#ffffff", "ToolTipBase": "#3a3d41",
     "ToolTipText": "#e4e5e6", "Highlight": "#3d7fb8", "HighlightedText": "#ffffff", "Link": "#6db3f2",
     "LinkVisited": "#b39ddb", "PlaceholderText": "#8b9096", "Light": "#4a4e53", "Midlight": "#3f4347",
     "Mid": "#55595e", "Dark": "#1a1b1d", "Shadow": "#101112", "Accent": "#3d7fb8",

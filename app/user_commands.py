@@ -45,7 +45,6 @@ class UserCommands:
             "geometry": lambda: self._show(quantity=Quantity.GEOMETRY),
             "invalid": self._panels.overlays.set_invalid,
             "bake": self._panels.bake.request_bake,
-            "cancel": self._controller.cancel,
             "copy-command": self._panels.bake.copy_command,
             "keys": lambda: dialogs.show_keys(self._window),
             "about": lambda: dialogs.show_about(self._window),
@@ -79,9 +78,10 @@ class UserCommands:
         """Steps through the baked distances."""
         display, result = self._document.display, self._document.result
         if result is not None:
-            step = 1 if display.quantity is Quantity.DISTANCE else 0
-            column = (display.column + step) % len(result.settings.column_distances)
-            self._show(quantity=Quantity.DISTANCE, column=column)
+            by_distance = (Quantity.DISTANCE, Quantity.DIFFERENCE)
+            quantity = display.quantity if display.quantity in by_distance else Quantity.DISTANCE
+            step = 1 if quantity is display.quantity else 0
+            self._show(quantity=quantity, column=(display.column + step) % len(result.settings.column_distances))
 
     def select_path(self, path: str) -> None:
         """Selects the object of a path; a path that is none, such as the file's name, selects nothing."""

@@ -111,13 +111,16 @@ class ViewPresenter:
             shown = None
             if document.result is not None and field is not None:
                 shown = shown_field(display, document.result, field, document.other)
-            viewport.set_field(shown, display, self._note())
+            viewport.set_field(shown, display, self._note(display.quantity))
             viewport.set_caption(self._caption(number, field) if comparing else "")
 
-    def _note(self) -> str:
+    def _note(self, quantity: Quantity) -> str:
         document = self._document
         parts = []
-        if document.display.game and document.display.quantity is not Quantity.DIFFERENCE:
+        if quantity is Quantity.DIFFERENCE and document.result is not None:
+            names = (document.result.settings.mapping, document.other_mapping())
+            parts.append(" − ".join(kind.value.replace("-", " ") for kind in names))
+        elif document.display.game:
             parts.append(f"{GAME_BITS} bits, dithered")
         if document.is_preview:
             parts.append(f"threshold {document.threshold:.1%}, not stored")
@@ -132,8 +135,8 @@ class ViewPresenter:
         if field is None:
             return f"{name}: solving …"
         labels = map(distance_label, document.result.settings.column_distances)
-        errors = ", ".join(f"{error:.4f} at {label}" for error, label in zip(field.report.rmse, labels, strict=True))
-        return f"{name}   ·   misses its samples by {errors} (RMS)"
+        errors = ", ".join(f"{error:.4f} ({label})" for error, label in zip(field.report.rmse, labels, strict=True))
+        return f"{name}  ·  RMS to samples {errors}"
 
     def _draw_overlays(self) -> None:
         document, wanted = self._document, self._overlays

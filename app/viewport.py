@@ -26,6 +26,10 @@ from viewer.picking import Pick
 
 HOVER_MS = 16
 _SHADING = 0.45
+_MULTI_SAMPLES = 8
+_REST_MS = 250
+_SMOOTH_FACES = 400_000
+"""Faces above which edges stay rough where the CPU draws."""
 _MARGIN = 10
 
 
@@ -78,6 +82,11 @@ class Viewport(QWidget):
         self._hover_timer = QTimer(self)
         self._hover_timer.setSingleShot(True)
         self._hover_timer.timeout.connect(self._emit_hover)
+        self._software = False
+        self._rest_timer = QTimer(self)
+        self._rest_timer.setSingleShot(True)
+        self._rest_timer.setInterval(_REST_MS)
+        self._rest_timer.timeout.connect(self._on_rest)
 
     @property
     def camera(self) -> Camera:
@@ -195,6 +204,7 @@ class Viewport(QWidget):
         """Frees VTK's side; must precede the end of the window."""
         self.navigation.stop()
         self._hover_timer.stop()
+        self._rest_timer.stop()
         self.view.close()
         self._surface = None
         self._points.clear()
@@ -204,6 +214,9 @@ class Viewport(QWidget):
         self.camera_changed.emit(camera)
 
     def _apply_camera(self) -> None:
+        self._on_moving()
+        if self._hover is not None:
+            self._start_hover()
         camera, vtk_camera = self.camera, self.view.renderer.GetActiveCamera()
         eye = camera.eye
         vtk_camera.SetPosition(*eye)
@@ -220,6 +233,9 @@ class Viewport(QWidget):
 
     def _on_hover(self, position: QPointF) -> None:
         self._hover = position
+        self._start_hover()
+
+    def _start_hover(self) -> None:
         if not self._hover_timer.isActive():
             self._hover_timer.start(HOVER_MS)
 
@@ -232,8 +248,25 @@ class Viewport(QWidget):
         self.hovered.emit(None)
 
     def _on_first_paint(self) -> None:
-        if self.view.is_software:
-            self.view.ren_win.SetMultiSamples(0)
+        self._software = self.view.is_software
+        self._rest_timer.start()
+
+    def _on_moving(self) -> None:
+        """Without a GPU smooth edges cost too much to be drawn while the picture moves."""
+        if self._software:
+            self._set_multi_samples(0)
+            self._rest_timer.start()
+
+    def _on_rest(self) -> None:
+        faces = 0 if self._surface is None else self._surface.face_count
+        if not self._software or faces <= _SMOOTH_FACES:
+            self._set_multi_samples(_MULTI_SAMPLES)
+
+    def _set_multi_samples(self, count: int) -> None:
+        window = self.view.ren_win
+        if window is not None and window.GetMultiSamples() != count:
+            window.SetMultiSamples(count)
+            self.view.update()
 
     def _place_children(self) -> None:
         view = self.view

@@ -140,6 +140,7 @@ class Window(QMainWindow):
             "open-result": lambda: self._open_if_given(dialogs.ask_for_result(self, self._last_folder())),
             "save-result": self._ask_where_to_save,
             "quit": self.close,
+            "cancel": self._escape,
             "compare": self.compare,
             "up-y": lambda _on: self._set_up_axis(1),
             "up-z": lambda _on: self._set_up_axis(2),
@@ -204,6 +205,12 @@ class Window(QMainWindow):
         """Brings a panel to the front."""
         self.docks[title].show()
         self.docks[title].raise_()
+
+    def _escape(self) -> None:
+        if self.engine.is_baking:
+            self.controller.cancel()
+        else:
+            self.readouts.click(None)
 
     def _set_up_axis(self, axis: int) -> None:
         self.document.set_up_axis(axis)

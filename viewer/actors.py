@@ -96,6 +96,11 @@ class SurfaceActor:
         """The vertex colours as drawn, shape (n, 3), uint8."""
         return self._colors
 
+    @property
+    def face_count(self) -> int:
+        """Number of faces, hidden ones included."""
+        return len(self._faces)
+
     def set_colors(self, colors: UInt8Array) -> None:
         """Draws vertex colours as they are; shape (n, 3), uint8."""
         self._colors[:] = colors

@@ -88,5 +88,5 @@ def shown_field(
     if display.quantity is Quantity.BLEND:
         return blended_field(field, distances, display.short_share, display.curve)
     if display.quantity is Quantity.DIFFERENCE and other is not None:
-        return difference_field(field, other, distances, column, "This mapping minus the other")
+        return difference_field(field, other, distances, column)
     return None

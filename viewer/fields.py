@@ -94,14 +94,14 @@ def blended_field(
 
 
 def difference_field(
-    minuend: VertexField, subtrahend: VertexField, distances: Sequence[float], column: int, label: str
+    minuend: VertexField, subtrahend: VertexField, distances: Sequence[float], column: int
 ) -> SurfaceField:
     """Signed difference of two fields over the same vertices at one distance; the range is symmetric."""
     values = (minuend.ao[:, column] - subtrahend.ao[:, column]).astype(np.float32)
     known = np.abs(values[np.isfinite(values)])
     reach = max(float(np.quantile(known, 0.999)), 1e-3) if len(known) else 1.0
     return SurfaceField(
-        title=f"{label} at {distance_label(distances[column])}",
+        title=f"Difference at {distance_label(distances[column])}",
         values=values,
         not_baked=_not_baked(minuend),
         low=-reach,

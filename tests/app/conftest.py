@@ -13,9 +13,10 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "viewer"))
 
 import pyvistaqt  # noqa: F401 - sets the OpenGL format before any window
-from PyQt6.QtCore import QCoreApplication, QEvent, QSettings
+from PyQt6.QtCore import QSettings
 from PyQt6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
+from settling import settle
 from small_level import bake_level, write_level
 
 from app.engine_worker import Bake, bake_job
@@ -88,10 +89,3 @@ def shown(window: Window, qtbot: QtBot, result_folder: Path) -> Window:
     window.picker.finish()
     settle()
     return window
-
-
-def settle() -> None:
-    """Lets Qt do what is due, deletions included."""
-    for _ in range(3):
-        QApplication.processEvents()
-        QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
