@@ -78,7 +78,7 @@ class DisplayPanel(QWidget):
             self._map.addItem(color_map.title, color_map.name)
         self._map.currentIndexChanged.connect(lambda: self._change(color_map=self._map.currentData()))
         self._statistics = QLabel()
-        self._statistics.setToolTip("Of the values in view, weighted by surface area")
+        self._statistics.setToolTip("Of the vertices in view")
         row = QHBoxLayout()
         row.addWidget(self._map, 1)
         row.addWidget(self._fit)
@@ -184,15 +184,16 @@ class DisplayPanel(QWidget):
             self.range.set_range(0.0, 1.0)
             self._statistics.setText("")
             return
-        areas = self._document.vertex_areas()
+        # Every vertex counts the same: by area a wide open backdrop would hide all that matters.
+        weights = np.ones(len(field.values))
         low, high = display.range_for(field)
         least, most = (min(low, field.low), max(high, field.high)) if field.color_map.diverging else (0.0, 1.0)
         key = (field, least, most)
         if self._histogram is None or self._histogram_key[0] is not field or self._histogram_key[1:] != key[1:]:
-            self._histogram, self._histogram_key = histogram_of(field.values, areas, least, most), key
+            self._histogram, self._histogram_key = histogram_of(field.values, weights, least, most), key
         histogram = self._histogram
         self.range.set_histogram(histogram, display.map_for(field))
-        self.range.set_range(low, high, clipped_shares(field.values, areas, low, high))
+        self.range.set_range(low, high, clipped_shares(field.values, weights, low, high))
         self._statistics.setText(
             "no values"
             if histogram.is_empty
@@ -247,7 +248,6 @@ class DisplayPanel(QWidget):
 
     def _on_fit(self) -> None:
         if self._field is not None:
-            # By vertices, not by area: a wide open backdrop must not decide alone.
             self._on_range(*robust_range(self._field.values, np.ones(len(self._field.values))))
 
     def _on_full_range(self) -> None:

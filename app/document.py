@@ -12,7 +12,6 @@ from bake.settings import BakeSettings, MappingKind
 from bake.types import BakeResult, BoolArray, Finding, Float64Array, Role, VertexField, World
 from viewer.display import Display, shown_field
 from viewer.fields import Quantity, SurfaceField
-from viewer.histogram import vertex_areas
 from viewer.probe import Readout
 
 
@@ -56,7 +55,6 @@ class Document:
         self.visible: BoolArray = np.zeros(0, bool)
         self.selected = -1
         self.pinned: Readout | None = None
-        self._areas: Float64Array | None = None
         self._shown: tuple[tuple[object, ...], SurfaceField | None] = ((), None)
 
         self.opened: Event[[]] = Event()
@@ -92,7 +90,7 @@ class Document:
         """Starts over with a scene; its geometry follows by `set_world`."""
         self.scene_path, self.result_path, self.files = path, result_path, files
         self.findings, self.up_axis = findings, up_axis
-        self.world = self.result = self.field = self.other = self.pinned = self._areas = None
+        self.world = self.result = self.field = self.other = self.pinned = None
         self.selected = -1
         self.visible = np.zeros(0, bool)
         self.opened.emit()
@@ -100,7 +98,6 @@ class Document:
     def set_world(self, world: World) -> None:
         """Shows geometry, without values."""
         self.world = world
-        self._areas = None
         # Lower LODs lie in the same place as what they stand for.
         self.visible = np.array([role not in (Role.LOD, Role.IGNORE) for role in world.object_roles], bool)
         self.selected, self.pinned = -1, None
@@ -188,14 +185,6 @@ class Document:
         ):
             self._shown = (key, shown_field(look, self.result, self.field, self.other))
         return self._shown[1]
-
-    def vertex_areas(self) -> Float64Array:
-        """Area weights of the world's vertices, computed once."""
-        if self._areas is None:
-            if self.world is None:
-                return np.zeros(0)
-            self._areas = vertex_areas(np.asarray(self.world.positions), np.asarray(self.world.faces))
-        return self._areas
 
     def other_mapping(self) -> MappingKind:
         """The mapping that the result was not baked with."""

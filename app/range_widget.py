@@ -39,7 +39,7 @@ class RangeWidget(QWidget):
         self.setMouseTracking(True)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setToolTip(
-            "Surface area by value, on a logarithmic scale. Drag the handles to set which values get the two ends of "
+            "Vertices by value, on a logarithmic scale. Drag the handles to set which values get the two ends of "
             "the colours, drag between them to move both, double-click for the full range."
         )
 
@@ -158,7 +158,7 @@ class RangeWidget(QWidget):
             painter.setPen(palette.color(QPalette.ColorRole.PlaceholderText))
             painter.drawText(plot, int(Qt.AlignmentFlag.AlignCenter), "no values yet")
             return
-        # Logarithmic: an open backdrop may hold 99 % of the area and all that matters the rest.
+        # Logarithmic, so that a few dark vertices stay visible beside thousands of open ones.
         heights = 1.0 + np.log10(np.maximum(self._histogram.shares, _LEAST_SHARE)) / -np.log10(_LEAST_SHARE)
         heights = heights / max(float(heights.max()), 1e-12) * (plot.height() - 4)
         width = plot.width() / len(heights)
