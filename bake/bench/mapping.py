@@ -10,6 +10,7 @@ as many rays in total, spread evenly over the vertices.
 from __future__ import annotations
 
 import dataclasses
+import math
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -155,10 +156,10 @@ class _Truth:
 
     def errors(self, vertex_ao: np.ndarray) -> dict[str, float]:
         """Root mean square error by set and column."""
-        value = np.einsum("ij,ijk->ik", self.weights, vertex_ao[self.corners].astype(np.float64))
-        square = (value - self.ao) ** 2
+        value: Float64Array = np.einsum("ij,ijk->ik", self.weights, vertex_ao[self.corners].astype(np.float64))
+        square: Float64Array = (value - self.ao) ** 2
         return {
-            f"{name} {k}": float(np.sqrt(np.nanmean(square[rows, k])))
+            f"{name} {k}": math.sqrt(float(square[rows, k].mean()))
             for name, rows in self.sets.items()
             for k in range(self.ao.shape[1])
         }

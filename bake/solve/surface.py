@@ -12,6 +12,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
+from bake.geometry import face_normals
 from bake.solve.butterflies import Butterflies, find_edges, unfold
 from bake.solve.weld import weld_vertices
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array, World
@@ -98,10 +99,8 @@ def build_surface(world: World, *, crease_angle: float, weld_instances: bool) ->
     position = np.zeros((count, 3))
     position[unknown[baked]] = world.positions[baked]
 
-    corner = position[corners]
-    scaled = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    double = np.linalg.norm(scaled, axis=1)
-    edges = find_edges(corners, scaled / np.maximum(double, 1e-300)[:, None], crease_angle)
+    normals, area = face_normals(position, corners)
+    edges = find_edges(corners, normals, crease_angle)
     butterflies = unfold(position, corners, edges)
 
     indptr, indices, order = _pattern(edges.ends, butterflies.stencil[:, 2:], count)
@@ -110,7 +109,7 @@ def build_surface(world: World, *, crease_angle: float, weld_instances: bool) ->
         referenced=referenced,
         row=row,
         corners=corners,
-        area=0.5 * double,
+        area=area,
         owner=world.face_object[faces].astype(np.int64),
         position=position,
         first=first,
