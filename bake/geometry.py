@@ -64,6 +64,14 @@ def cosine_direction(u: Float64Array, v: Float64Array, normal: Float64Array) -> 
     return x[:, None] * tangent + y[:, None] * bitangent + z[:, None] * normal
 
 
+def sphere_direction(u: Float64Array, v: Float64Array) -> Float64Array:
+    """Unit directions, shape (n, 3), evenly spread over the sphere (Archimedes: by height and angle)."""
+    z = 1.0 - 2.0 * u
+    radius = np.sqrt(np.maximum(0.0, 1.0 - z * z))
+    angle = 2.0 * math.pi * v
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
+
+
 def above_face(direction: Float64Array, face_normal: Float64Array) -> Float64Array:
     """Mirrors directions below the face plane to above it, shape (n, 3).
 

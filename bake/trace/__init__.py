@@ -5,10 +5,10 @@ from __future__ import annotations
 from bake.devices import Device
 from bake.errors import SettingsError
 from bake.settings import BakeSettings, TracerKind
-from bake.trace.base import Hits, Tracer
+from bake.trace.base import Hits, SphereTally, Tracer
 from bake.types import World
 
-__all__ = ["Hits", "Tracer", "create_tracer"]
+__all__ = ["Hits", "SphereTally", "Tracer", "create_tracer"]
 
 
 def create_tracer(world: World, settings: BakeSettings, device: Device) -> Tracer:

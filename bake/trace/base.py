@@ -7,8 +7,11 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
 
+import numpy as np
+
+from bake.errors import SettingsError
 from bake.settings import BakeSettings
-from bake.types import Float32Array, Int32Array, SampleSet, Tally, World
+from bake.types import BoolArray, Float32Array, Int32Array, SampleSet, Tally, UInt16Array, UInt32Array, World
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +29,31 @@ class Hits:
     face: Int32Array
     cosine: Float32Array
     weights: Float32Array
+
+
+@dataclass(frozen=True, slots=True)
+class SphereTally:
+    """What the rays from points in space found in all directions.
+
+    Attributes:
+        sh: Shape (n, 9, k), float32: spherical harmonics of the open share ρ over the sphere, not convolved, in the
+            order of `bake/spherical_harmonics.py`; in the open the first is √(4π) and the others 0.
+        directions: Rays traced from each point.
+        hits: Shape (n,), uint16: rays that met a face within the bake's longest distance.
+        back_faces: Shape (n,), uint16: those that struck the back of a one-sided face, grazing and edge hits excepted.
+    """
+
+    sh: Float32Array
+    directions: int
+    hits: UInt16Array
+    back_faces: UInt16Array
+
+    def __len__(self) -> int:
+        return len(self.sh)
+
+    def valid(self, threshold: float) -> BoolArray:
+        """Points whose back faces are at most `threshold` of their hits, shape (n,)."""
+        return self.back_faces <= threshold * self.hits
 
 
 class Tracer(ABC):
@@ -61,6 +89,29 @@ class Tracer(ABC):
         """
 
     @abstractmethod
+    def gather_sphere(
+        self, points: Float32Array, seeds: UInt32Array, directions: int, *, trees: bool = True
+    ) -> SphereTally:
+        """Open share in all directions around points in space, as quadratic spherical harmonics for every distance.
+
+        A ray is followed and weighed like those of `accumulate`. Directions are the first points of one Owen-scrambled
+        Sobol sequence a point, spread evenly over the sphere. Send about `points_at_once` points a call.
+
+        Args:
+            points: Shape (n, 3), metres relative to `World.origin`.
+            seeds: Shape (n,), uint32: scrambles, one a point.
+            directions: Rays from each point, 1 to 65,535.
+            trees: Whether trees attenuate.
+
+        Raises:
+            SettingsError: `directions` is out of its bounds.
+        """
+
+    def points_at_once(self, directions: int) -> int:
+        """Points that a call of `gather_sphere` handles well, as `batch_size` says for samples."""
+        return max(1, self.batch_size * self.settings.rays // directions)
+
+    @abstractmethod
     def close(self) -> None:
         """Frees what the tracer holds; it cannot be used afterwards."""
 
@@ -71,3 +122,13 @@ class Tracer(ABC):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def check_directions(directions: int) -> None:
+    """Refuses a number of directions that cannot be counted.
+
+    Raises:
+        SettingsError: it is below 1 or above 65,535.
+    """
+    if not 1 <= directions <= np.iinfo(np.uint16).max:
+        raise SettingsError(f"{directions} directions over the sphere", where="trace", remedy="use 1 to 65535")

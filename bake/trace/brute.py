@@ -10,11 +10,11 @@ import math
 
 import numpy as np
 
-from bake import geometry
+from bake import geometry, spherical_harmonics
 from bake.low_discrepancy import owen_sobol, thresholds
 from bake.settings import BakeSettings, Kernel
-from bake.trace.base import Hits, Tracer
-from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SampleSet, Tally, World
+from bake.trace.base import Hits, SphereTally, Tracer, check_directions
+from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SampleSet, Tally, UInt32Array, World
 
 _PAIRS = 1 << 21  # ray-triangle pairs at a time: 16 MB an array
 
@@ -38,17 +38,50 @@ class TracerBrute(Tracer):
     def accumulate(self, samples: SampleSet, batch: slice, tally: Tally) -> None:
         """Traces a batch; see `Tracer.accumulate`."""
         rays = self.settings.rays
-        origins, directions, threshold = sample_rays(self.world, samples, batch, rays)
+        open_share, struck, back = self._follow(*sample_rays(self.world, samples, batch, rays))
+        tally.ao[batch] = np.clip(open_share.reshape(-1, rays, self.settings.distance_count).mean(1), 0.0, 1.0)
+        tally.hits[batch] = struck.reshape(-1, rays).sum(1)
+        tally.back_faces[batch] = back.reshape(-1, rays).sum(1)
+        tally.rays[batch] = rays
+
+    def gather_sphere(
+        self, points: Float32Array, seeds: UInt32Array, directions: int, *, trees: bool = True
+    ) -> SphereTally:
+        """Spherical harmonics of what is open around points; see `Tracer.gather_sphere`."""
+        check_directions(directions)
+        index, seed = np.tile(np.arange(directions), len(points)), np.repeat(seeds, directions)
+        ways = geometry.sphere_direction(*owen_sobol(index, seed))
+        origins = np.repeat(points.astype(np.float64), directions, axis=0)
+        open_share, struck, back = self._follow(origins, ways, thresholds(index, seed))
+        basis = spherical_harmonics.evaluate(ways).reshape(len(points), directions, spherical_harmonics.COUNT)
+        open_share = open_share.reshape(len(points), directions, self.settings.distance_count)
+        return SphereTally(
+            sh=(4.0 * math.pi / directions * np.einsum("ndc,ndk->nck", basis, open_share)).astype(np.float32),
+            directions=directions,
+            hits=struck.reshape(-1, directions).sum(1).astype(np.uint16),
+            back_faces=back.reshape(-1, directions).sum(1).astype(np.uint16),
+        )
+
+    def nearest(self, origins: Float32Array, directions: Float32Array, t_max: float) -> Hits:
+        """Closest hits; see `Tracer.nearest`."""
+        return self._closest(origins.astype(np.float64), directions.astype(np.float64), np.zeros(len(origins)), t_max)
+
+    def close(self) -> None:
+        """Holds nothing that needs freeing."""
+
+    def _follow(
+        self, origins: Float64Array, directions: Float64Array, threshold: Float64Array
+    ) -> tuple[Float64Array, BoolArray, BoolArray]:
+        """Open share of each ray, shape (n, k); whether it met a face at all, and the back of a one-sided one, (n,)."""
         blocked = np.zeros((len(origins), self.settings.distance_count))
         through, t_min = np.ones(len(origins)), np.zeros(len(origins))
+        met, back = np.zeros(len(origins), np.bool_), np.zeros(len(origins), np.bool_)
         active = np.arange(len(origins))
         for layer in range(geometry.MAX_LAYERS):
             hits = self._closest(origins[active], directions[active], t_min[active], self.settings.trace_distance)
             struck = hits.face >= 0
             if layer == 0:
-                back = struck & self._back_faces(hits)
-                tally.hits[batch] = struck.reshape(-1, rays).sum(1)
-                tally.back_faces[batch] = back.reshape(-1, rays).sum(1)
+                met, back = struck, struck & self._back_faces(hits)
             active = active[struck]
             distance = hits.distance[struck].astype(np.float64)
             through[active] *= self._openness(hits, struck)
@@ -60,16 +93,7 @@ class TracerBrute(Tracer):
             active = active[~stopped]
             if len(active) == 0:
                 break
-        mean = blocked.reshape(-1, rays, self.settings.distance_count).mean(1)
-        tally.ao[batch] = np.clip(1.0 - mean, 0.0, 1.0)
-        tally.rays[batch] = rays
-
-    def nearest(self, origins: Float32Array, directions: Float32Array, t_max: float) -> Hits:
-        """Closest hits; see `Tracer.nearest`."""
-        return self._closest(origins.astype(np.float64), directions.astype(np.float64), np.zeros(len(origins)), t_max)
-
-    def close(self) -> None:
-        """Holds nothing that needs freeing."""
+        return 1.0 - blocked, met, back
 
     def _closest(self, origins: Float64Array, directions: Float64Array, t_min: Float64Array, t_max: float) -> Hits:
         parts = [

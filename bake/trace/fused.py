@@ -14,8 +14,8 @@ from bake.devices import initialised_warp
 from bake.errors import DeviceError, OutOfMemoryError
 from bake.geometry import as_traced
 from bake.settings import BakeSettings, Kernel
-from bake.trace.base import Hits, Tracer
-from bake.types import Float32Array, SampleSet, Tally, World
+from bake.trace.base import Hits, SphereTally, Tracer, check_directions
+from bake.types import Float32Array, SampleSet, Tally, UInt32Array, World
 
 
 class TracerFused(Tracer):
@@ -32,9 +32,10 @@ class TracerFused(Tracer):
     def __init__(self, world: World, settings: BakeSettings, warp_device: str, threads: int) -> None:
         super().__init__(world, settings)
         self._warp = initialised_warp()
-        from bake.kernels import obscurance, surface
+        from bake.kernels import falloff, obscurance, sphere, surface
 
-        self._kernels, self._surface_module = obscurance, surface
+        self._kernels, self._sphere, self._falloff_module = obscurance, sphere, falloff
+        self._surface_module = surface
         self._warp_device = warp_device
         self._pool = ThreadPoolExecutor(threads, "tracer") if threads > 1 else None
         self._threads = threads
@@ -73,6 +74,26 @@ class TracerFused(Tracer):
         ]  # fmt: skip
         self._launch(self._kernels.nearest_kernel(self.name), slice(0, count), inputs)
         return Hits(distance.numpy(), face.numpy(), cosine.numpy(), weights.numpy())
+
+    def gather_sphere(
+        self, points: Float32Array, seeds: UInt32Array, directions: int, *, trees: bool = True
+    ) -> SphereTally:
+        """Spherical harmonics of what is open around points; see `Tracer.gather_sphere`."""
+        check_directions(directions)
+        wp, count, columns = self._warp, len(points), self.settings.distance_count
+        work = self._sphere.Points()
+        try:
+            work.position = self._array(points.astype(np.float32, copy=False), wp.vec3)
+            work.seed = self._array(seeds.astype(np.uint32, copy=False), wp.uint32)
+            work.directions = directions
+            work.sh = self._empty((count, 9, columns), wp.float32)
+            work.hits = self._empty(count, wp.uint16)
+            work.back_faces = self._empty(count, wp.uint16)
+        except RuntimeError as error:
+            raise _device_failure(error, self._warp_device) from error
+        inputs = [self.entry, self.scene, self._surface, work, self._falloff]
+        self._launch(self._sphere.sphere_kernel(self.name, columns), slice(0, count), inputs)
+        return SphereTally(work.sh.numpy(), directions, work.hits.numpy(), work.back_faces.numpy())
 
     def close(self) -> None:
         """Frees device memory and threads."""
@@ -167,11 +188,11 @@ class TracerFused(Tracer):
 
     def _make_falloff(self) -> Any:
         settings = self.settings
-        falloff = self._kernels.Falloff()
-        rates = np.zeros(self._kernels.MAX_DISTANCES, np.float32)  # rate 0: every hit counts in full
+        falloff = self._falloff_module.Falloff()
+        rates = np.zeros(self._falloff_module.MAX_DISTANCES, np.float32)  # rate 0: every hit counts in full
         if settings.kernel is Kernel.OBSCURANCE:
             rates[: len(settings.distances)] = -math.log(2.0) / np.asarray(settings.distances)
-        falloff.rates = self._kernels.vec8(*rates.tolist())
+        falloff.rates = self._falloff_module.vec8(*rates.tolist())
         falloff.count = settings.distance_count
         falloff.t_max = settings.trace_distance
         return falloff
