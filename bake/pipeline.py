@@ -11,11 +11,13 @@ from typing import Any
 import numpy as np
 
 from bake import __version__
+from bake.decorator_types import Decorators
+from bake.decorators.resampling import resample_surfaces
 from bake.devices import Device, resolve
 from bake.errors import SceneError
 from bake.results import check_destination, is_current, load_result, save_result
 from bake.samples import place_samples
-from bake.scene import flatten, load_scene, read_bake_options
+from bake.scene import flatten, load_scene, read_bake_options, samplable_faces
 from bake.settings import BakeSettings, TracerKind
 from bake.solve import map_to_vertices
 from bake.stages import StageClock, patiently
@@ -97,6 +99,17 @@ def bake(
     solved, seconds = yield from patiently("solve", lambda: map_to_vertices(world, samples, tally.ao, valid, settings))
     report = solved.report
     clock.ran("map to vertices", f"{report.unknowns:,} unknowns, {report.iterations} iterations", seconds)
+    around = yield from resample_surfaces(
+        world,
+        solved,
+        settings,
+        clock,
+        caster=lambda baked: _tracer(baked, settings, device),
+        sampler=place_samples,
+        mapper=map_to_vertices,
+        samplable=samplable_faces,
+    )
+    decorators = Decorators(shrub_scalars=around.shrub_scalars, small_scalars=around.small_scalars)
     return BakeResult(
         scene_path=scene.path.resolve(),
         files=scene.files,
@@ -104,13 +117,14 @@ def bake(
         world=world,
         samples=samples,
         tally=tally,
-        field=solved,
+        field=around.field,
         stages=tuple(clock.rows),
-        findings=(*scene.findings, *_bake_findings(world, samples, valid, solved)),
+        findings=(*scene.findings, *_bake_findings(world, samples, valid, solved), *around.findings),
         device=device_name,
         tracer=tracer_name,
         rays_skipped=0,
         versions=versions(),
+        decorators=None if decorators == Decorators() else decorators,
     )
 
 
@@ -178,8 +192,6 @@ def _is_current(folder: Path, scene: Scene, settings: BakeSettings, device: Devi
 _LATER_STAGES = (
     ("fog", Role.SHRUB, "shrubs"),
     ("trees", Role.TREE, "trees"),
-    ("decorators", Role.SMALL, "small decorators"),
-    ("lods", Role.LOD, "lower LODs"),
 )
 
 

@@ -133,7 +133,7 @@ class TracerBrute(Tracer):
         normal = self._normal[best] if len(self._normal) else np.zeros((len(origins), 3))
         face = np.where(missed, -1, self._cast_face[best] if len(self._cast_face) else -1)
         cosine = np.einsum("ij,ij->i", normal, directions)
-        u, v = u[row, best], v[row, best]
+        u, v = np.where(missed, 0.0, u[row, best]), np.where(missed, 0.0, v[row, best])
         weights = np.stack([1.0 - u - v, u], axis=1)
         return t[row, best], face, np.where(missed, 0.0, cosine), np.where(missed[:, None], 0.0, weights)
 
