@@ -1,4 +1,4 @@
-"""`bench accuracy|speed|scenes`: prints the tables that the documentation quotes."""
+"""`bench accuracy|speed|scenes|lods`: prints the tables that the documentation quotes."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from bake.errors import InputError
 if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
-USAGE = "accuracy|speed|scenes [SCENE | FOLDER …] [--json] [settings]"
+USAGE = "accuracy|speed|scenes|lods [SCENE | FOLDER …] [--json] [settings]"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's arguments."""
     parser.add_argument("subject", choices=list(_SUBJECTS), help="accuracy: surface error of the mappings against a "
                         "converged reference; speed: overhead beyond the rays, and the solver at size; "
-                        "scenes: what each scene holds and what baking it costs")  # fmt: skip
+                        "scenes: what each scene holds and what baking it costs; lods: error of the lower levels of "
+                        "detail against what is traced on the finest one")  # fmt: skip
     parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
     parser.add_argument("--json", action="store_true", help="print one JSON object a table, a line each")
     add_settings_options(parser)
@@ -63,6 +64,12 @@ def _scene_table(arguments: argparse.Namespace) -> list[Measurements]:
     return [measure_scenes(_scenes(arguments), explicit_options(arguments))]
 
 
+def _lods(arguments: argparse.Namespace) -> list[Measurements]:
+    from bake.bench.lods import measure_lods
+
+    return [measure_lods(_scenes(arguments), explicit_options(arguments))]
+
+
 def _scenes(arguments: argparse.Namespace) -> list[Path]:
     missing = [path for path in arguments.paths if not path.exists()]
     if missing or not arguments.paths:
@@ -75,4 +82,5 @@ _SUBJECTS: dict[str, Callable[[argparse.Namespace], list[Measurements]]] = {
     "accuracy": _accuracy,
     "speed": _speed,
     "scenes": _scene_table,
+    "lods": _lods,
 }

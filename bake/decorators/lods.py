@@ -105,7 +105,7 @@ def bake_lods(
     alone = lod_world(world, lods, samplable)
     own = settings.replaced(weld_instances=False)
     samples = sampler(alone, own)
-    search = _Search(world, surface, caster, samples, lods, finest)
+    search = FinestSearch(world, surface, caster, samples, lods, finest)
     yield from search.run()
     solved = mapper(alone, samples, search.ao.astype(np.float32), search.found, own)
     ao, state = field.ao.copy(), field.state.copy()
@@ -167,8 +167,15 @@ def lod_world(world: World, lods: Int32Array, samplable: Samplable) -> World:
     return dataclasses.replace(world, object_roles=roles, object_keys=keys, face_samples=takes)
 
 
-class _Search:
-    """Looks for baked surface around samples: on the finest level, where it faces the same way; then less choosy."""
+class FinestSearch:
+    """Looks for baked surface around samples: on the finest level, where it faces the same way; then less choosy.
+
+    Attributes:
+        ao: Shape (n, k), float64, in [0, 1]: what was found; 1 where nothing was.
+        found: Shape (n,), bool.
+        elsewhere: Shape (n,), bool: it was not on the finest level, or not in reach.
+        rays: Rays traced so far.
+    """
 
     def __init__(
         self,
@@ -178,7 +185,21 @@ class _Search:
         samples: SampleSet,
         lods: Int32Array,
         finest: BoolArray,
+        *,
+        rays_each: int = RAYS,
     ) -> None:
+        """Prepares the search.
+
+        Args:
+            world: The flattened scene.
+            surface: Its baked surface.
+            caster: Finds hits on `world.faces`.
+            samples: Points on the lower levels; their areas decide how wide spheres begin.
+            lods: Shape (l,): the lower levels.
+            finest: Shape (l, objects); see `finest_levels`.
+            rays_each: Rays a sphere.
+        """
+        self._rays_each = rays_each
         self._world, self._surface, self._caster, self._lods, self._finest = world, surface, caster, lods, finest
         self._normals = face_normals(as_traced(world.positions).astype(np.float64), world.faces)[0]
         self._face = samples.face
@@ -190,7 +211,7 @@ class _Search:
         self._point = np.einsum("ij,ijk->ik", weights, as_traced(world.positions)[world.faces[samples.face]])
         self._begin = np.sqrt(samples.area.astype(np.float64))
         self._most = spheres(world, lods, None)[1][self._row]
-        self._total = len(samples) * RAYS
+        self._total = len(samples) * rays_each
         self.ao = np.ones((len(samples), surface.ao.shape[1]))
         self.found = np.zeros(len(samples), np.bool_)
         self.elsewhere = np.zeros(len(samples), np.bool_)
@@ -227,7 +248,7 @@ class _Search:
         if not self._surface.carries.any():
             return
         radius = np.minimum(self._begin[missing], self._most[missing])
-        step = BATCH_RAYS // RAYS
+        step = max(1, BATCH_RAYS // self._rays_each)
         for _ in range(MOST_DOUBLINGS):
             wide = np.zeros(len(missing), np.bool_)
             for begin in range(0, len(missing), step):
@@ -238,14 +259,14 @@ class _Search:
                     self._caster,
                     self._point[part],
                     radius[begin : begin + step],
-                    rays=RAYS,
+                    rays=self._rays_each,
                     admits=admits,
                 )
                 some = around.hits > 0
                 self.ao[part[some]], self.found[part[some]] = around.ao[some], True
-                wide[begin : begin + step] = around.hits * ENOUGH >= RAYS
+                wide[begin : begin + step] = around.hits * ENOUGH >= self._rays_each
                 self.rays += around.rays
-                yield Progress("lods", int(self.found.sum()) * RAYS, self._total)
+                yield Progress("lods", int(self.found.sum()) * self._rays_each, self._total)
             wide |= radius >= self._most[missing]
             missing, radius = missing[~wide], np.minimum(2.0 * radius[~wide], self._most[missing[~wide]])
             if not len(missing):
