@@ -86,9 +86,10 @@ class TreeFits:
         model: Shape (t,), int32, index into the models.
         centre: Shape (t, 3), float64, world metres relative to `World.origin`.
         coefficients: Shape (t, 4, k), float32.
-        rmse_global, rmse_product: Shape (t, k), float32: error of the linear function alone, and times local AO,
-            against the gold signal.
+        rmse_global, rmse_product: Shape (t, k), float32: error of the best linear function alone, and of the model,
+            against the gold signal as traced directly on the tree.
         terms: Shape (t, k), uint8: how many of the four terms the tree's shape determined.
+        rmse_volume: Shape (t, k), float32: error of the volume that the model was fitted to.
     """
 
     object: Int32Array
@@ -98,6 +99,7 @@ class TreeFits:
     rmse_global: Float32Array
     rmse_product: Float32Array
     terms: UInt8Array
+    rmse_volume: Float32Array
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,9 @@ import numpy as np
 
 from bake import __version__
 from bake.decorator_types import Decorators
+from bake.decorators.local_ao import StagesLent
 from bake.decorators.resampling import resample_surfaces
+from bake.decorators.trees import bake_trees
 from bake.devices import Device, resolve
 from bake.errors import SceneError
 from bake.results import check_destination, is_current, load_result, save_result
@@ -92,7 +95,12 @@ def bake(
         )
     clock.ran("sample surface", f"{len(samples):,} samples", seconds)
 
-    tally, tracer_name, device_name = yield from trace(world, samples, settings, device, clock)
+    tracer, seconds = yield from _tracer(world, settings, device)
+    clock.ran("build BVH", f"{int(world.face_casts.sum()):,} triangles", seconds)
+    with tracer:
+        tally = yield from trace(tracer, samples, settings, clock)
+        lent = StagesLent(flatten, place_samples, partial(create_tracer, device=device), map_to_vertices)
+        trees = yield from bake_trees(scene, world, settings, tracer, lent, clock)
     _report_skipped(world, settings, clock)
 
     valid = tally.valid(settings.back_face_threshold)
@@ -109,7 +117,13 @@ def bake(
         mapper=map_to_vertices,
         samplable=samplable_faces,
     )
-    decorators = Decorators(shrub_scalars=around.shrub_scalars, small_scalars=around.small_scalars)
+    decorators = Decorators(
+        volume=trees.volume if trees else None,
+        models=trees.models if trees else (),
+        fits=trees.fits if trees else None,
+        shrub_scalars=around.shrub_scalars,
+        small_scalars=around.small_scalars,
+    )
     return BakeResult(
         scene_path=scene.path.resolve(),
         files=scene.files,
@@ -119,9 +133,14 @@ def bake(
         tally=tally,
         field=around.field,
         stages=tuple(clock.rows),
-        findings=(*scene.findings, *_bake_findings(world, samples, valid, solved), *around.findings),
-        device=device_name,
-        tracer=tracer_name,
+        findings=(
+            *scene.findings,
+            *_bake_findings(world, samples, valid, solved),
+            *(trees.findings if trees else ()),
+            *around.findings,
+        ),
+        device=tracer.device,
+        tracer=tracer.name,
         rays_skipped=0,
         versions=versions(),
         decorators=None if decorators == Decorators() else decorators,
@@ -129,22 +148,17 @@ def bake(
 
 
 def trace(
-    world: World, samples: SampleSet, settings: BakeSettings, device: Device, clock: StageClock
-) -> Generator[Progress, None, tuple[Tally, str, str]]:
-    """Traces every sample; returns the tally and the names of the tracer and the device."""
+    tracer: Tracer, samples: SampleSet, settings: BakeSettings, clock: StageClock
+) -> Generator[Progress, None, Tally]:
+    """Traces every sample."""
     tally = Tally.empty(len(samples), settings.distance_count)
-    tracer, seconds = yield from _tracer(world, settings, device)
-    clock.ran("build BVH", f"{int(world.face_casts.sum()):,} triangles", seconds)
-    begin = time.perf_counter()
-    with tracer:
-        total = len(samples) * settings.rays
-        for batch in samples.batches(tracer.batch_size):
-            tracer.accumulate(samples, batch, tally)
-            done, seconds = batch.stop * settings.rays, time.perf_counter() - begin
-            yield Progress("trace", done, total, seconds, done / max(seconds, 1e-9))
-        seconds = time.perf_counter() - begin
-        clock.ran("trace", f"{settings.rays} rays a sample", seconds, total)
-        return tally, tracer.name, tracer.device
+    begin, total, seconds = time.perf_counter(), len(samples) * settings.rays, 0.0
+    for batch in samples.batches(tracer.batch_size):
+        tracer.accumulate(samples, batch, tally)
+        done, seconds = batch.stop * settings.rays, time.perf_counter() - begin
+        yield Progress("trace", done, total, seconds, done / max(seconds, 1e-9))
+    clock.ran("trace", f"{settings.rays} rays a sample", seconds, total)
+    return tally
 
 
 def _tracer(world: World, settings: BakeSettings, device: Device) -> Generator[Progress, None, tuple[Tracer, float]]:
@@ -189,10 +203,7 @@ def _is_current(folder: Path, scene: Scene, settings: BakeSettings, device: Devi
     return is_current(folder, files=scene.files, settings=settings, device=name, tracer=kind.value, versions=versions())
 
 
-_LATER_STAGES = (
-    ("fog", Role.SHRUB, "shrubs"),
-    ("trees", Role.TREE, "trees"),
-)
+_LATER_STAGES = (("fog", Role.SHRUB, "shrubs"),)
 
 
 def _report_skipped(world: World, settings: BakeSettings, clock: StageClock) -> None:

@@ -95,6 +95,7 @@ SPECS: tuple[ArraySpec, ...] = (
     ArraySpec("fits", "coefficients", "<f4", (4, -1)),
     ArraySpec("fits", "rmse_global", "<f4", (-1,)),
     ArraySpec("fits", "rmse_product", "<f4", (-1,)),
+    ArraySpec("fits", "rmse_volume", "<f4", (-1,)),
     ArraySpec("fits", "terms", "|u1", (-1,)),
     ArraySpec("shrub_scalars", "object", "<i4"),
     ArraySpec("shrub_scalars", "ao", "<f4", (-1,)),

@@ -141,7 +141,9 @@ def check_decorators(folder: Path, result: BakeResult) -> None:
     fits, volume = decorators.fits, decorators.volume
     if fits is not None:
         agrees &= within(fits.model, len(decorators.models)) and fits.coefficients.shape[2] == columns
-        agrees &= all(array.shape[1] == columns for array in (fits.rmse_global, fits.rmse_product, fits.terms))
+        agrees &= all(
+            array.shape[1] == columns for array in (fits.rmse_global, fits.rmse_product, fits.rmse_volume, fits.terms)
+        )
     if volume is not None:
         agrees &= len(volume.origin) == 3 and len(volume.voxel) == len(volume.sh) == len(volume.valid)
         agrees &= volume.sh.shape[2] == columns

@@ -135,6 +135,7 @@ def build_decorators(
             coefficients=floats(count, 4, k),
             rmse_global=floats(count, k),
             rmse_product=floats(count, k),
+            rmse_volume=floats(count, k),
             terms=np.full((count, k), 4, np.uint8),
         ),
         shrub_scalars=SmallScalars(np.int32([last]), floats(1, k), np.array([True])),
