@@ -72,7 +72,10 @@ def resample_surfaces(
     seconds = {"decorators": 0.0, "lods": 0.0}
     if wants_small or wants_lods:
         surface = BakedSurface.of(world, field)
-        tracer, building = yield from caster(dataclasses.replace(world, face_casts=surface.carries))
+        # Without roles a tracer finds neither shrubs nor trees to prepare for.
+        roles = (Role.IGNORE,) * world.object_count
+        bare = dataclasses.replace(world, face_casts=surface.carries, object_roles=roles)
+        tracer, building = yield from caster(bare)
         seconds["decorators" if wants_small else "lods"] += building
         with tracer:
             begin = time.perf_counter()
