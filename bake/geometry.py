@@ -22,6 +22,9 @@ EDGE_BARYCENTRIC = 1e-4
 MAX_LAYERS = 32
 """Most partly open surfaces that one ray passes; it then counts as blocked."""
 
+MAX_OPTICAL_DEPTH = 40.0
+"""Where the sum along a ray ends: e⁻⁴⁰ is nothing, and no exponential ever sees an infinity."""
+
 OFFSET_ULPS = 16.0
 """Origin offset in units of 2^-24 × (largest coordinate + extent of the face); see `offset_distance`."""
 

@@ -241,6 +241,17 @@ class BakeSettings:
     refine_local: bool = _setting(
         False, "Refine local AO", "Fit each tree's local AO to all its instances instead of baking it alone"
     )
+    fog_density: float = _setting(
+        0.7,
+        "Fog density",
+        "How fast shrubs dim what lies behind them, unless they say so themselves: 0.7 leaves half after a metre",
+        unit="1/m",
+        low=0.0,
+        high=1000.0,
+    )
+    fit_fog: bool = _setting(
+        False, "Fit fog", "Give each shrub the density that dims like its real mesh does", advanced=True
+    )
     ground: Ground | None = _setting(None, "Ground plane", "AXIS[:SCALE[:OFFSET]]: a blocker under the scene")
     regions: str = _setting("none", "Regions", "auto, none or a JSON file of visibility regions")
     seed: int = _setting(1, "Seed", "Same scene, settings, seed and device give the same bits", low=0, high=2**32 - 1)

@@ -23,6 +23,7 @@ from bake.kernels.rays import (
     to_unit,
 )
 from bake.kernels.surface import Surface, sample_origin
+from bake.kernels.veil import Veil, dimmer
 
 wp.set_module_options({"enable_backward": False, "fast_math": False})
 
@@ -42,12 +43,22 @@ class Work:
     back_faces: wp.array(dtype=wp.uint16)
 
 
-def _obscurance_kernel(closest_hit: Any, leaks_at_vertices: bool) -> Any:
-    """The kernel over one way of finding closest hits."""
+def _obscurance_kernel(closest_hit: Any, leaks_at_vertices: bool, fog: bool, trees: bool) -> Any:
+    """The kernel over one way of finding closest hits, with code for fog and trees only where the scene has them."""
     follow = follower(closest_hit, leaks_at_vertices)
+    dimmed = dimmer(fog, trees)
+    veiled = fog or trees
 
     @wp.kernel(module="unique", enable_backward=False)
-    def obscurance(entry: wp.uint64, scene: wp.uint64, surface: Surface, work: Work, falloff: Falloff, first: wp.int32):
+    def obscurance(
+        entry: wp.uint64,
+        scene: wp.uint64,
+        surface: Surface,
+        veil: Veil,
+        work: Work,
+        falloff: Falloff,
+        first: wp.int32,
+    ):
         s = first + wp.tid()
         face = work.face[s]
         origin = sample_origin(surface, face, work.barycentric[s])
@@ -73,9 +84,17 @@ def _obscurance_kernel(closest_hit: Any, leaks_at_vertices: bool) -> Any:
             fate = follow(entry, scene, surface, origin.point, direction, falloff.t_max, threshold, doubtful)
             hits += fate.struck
             back_faces += fate.back
-            if fate.stopped == 1:
+            if veiled:
+                passes = dimmed(veil, surface, origin.point, direction, fate.distance)
                 for k in range(falloff.count):
-                    blocked[k] += wp.exp(falloff.rates[k] * fate.distance)  # 1 - ρ
+                    near = wp.float32(0.0)
+                    if fate.stopped == 1:
+                        near = wp.exp(falloff.rates[k] * fate.distance)
+                    blocked[k] += (1.0 - passes) + near * passes  # 1 - ρ × what passes
+            else:
+                if fate.stopped == 1:
+                    for k in range(falloff.count):
+                        blocked[k] += wp.exp(falloff.rates[k] * fate.distance)  # 1 - ρ
         for k in range(falloff.count):
             work.ao[s, k] = wp.max(0.0, 1.0 - blocked[k] / wp.float32(work.rays))
         work.hits[s] = wp.uint16(hits)
@@ -118,13 +137,40 @@ def _nearest_kernel(closest_hit: Any, leaks_at_vertices: bool) -> Any:
     return nearest
 
 
+def _transmittance_kernel(fog: bool, trees: bool) -> Any:
+    """The kernel behind `Tracer.transmittance`."""
+    dimmed = dimmer(fog, trees)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def transmittance(
+        surface: Surface,
+        veil: Veil,
+        origins: wp.array(dtype=wp.vec3),
+        directions: wp.array(dtype=wp.vec3),
+        distance: wp.float32,
+        # Out:
+        passes: wp.array(dtype=wp.float32),
+        first: wp.int32,
+    ):
+        i = first + wp.tid()
+        passes[i] = dimmed(veil, surface, origins[i], directions[i], distance)
+
+    return transmittance
+
+
 @cache
-def obscurance_kernel(tracer: str) -> Any:
+def obscurance_kernel(tracer: str, fog: bool, trees: bool) -> Any:
     """The fused kernel for "embree" or "warp", compiled at its first launch."""
-    return _obscurance_kernel(*CLOSEST[tracer])
+    return _obscurance_kernel(*CLOSEST[tracer], fog, trees)
 
 
 @cache
 def nearest_kernel(tracer: str) -> Any:
     """The plain-ray kernel for "embree" or "warp", compiled at its first launch."""
     return _nearest_kernel(*CLOSEST[tracer])
+
+
+@cache
+def transmittance_kernel(fog: bool, trees: bool) -> Any:
+    """The kernel for what dims plain rays, compiled at its first launch."""
+    return _transmittance_kernel(fog, trees)

@@ -13,6 +13,7 @@ from bake.kernels.falloff import Falloff
 from bake.kernels.follow import follower
 from bake.kernels.rays import GOLDEN, SECOND_DIMENSION, THRESHOLD, hash_u32, owen_sobol, to_unit
 from bake.kernels.surface import Surface
+from bake.kernels.veil import Veil, dimmer
 
 wp.set_module_options({"enable_backward": False, "fast_math": False})
 
@@ -68,14 +69,27 @@ def basis(d: wp.vec3) -> vec9:
     )
 
 
-def _sphere_kernel(closest_hit: Any, leaks_at_vertices: bool, distance_count: int) -> Any:
-    """The kernel over one way of finding closest hits and a number of distances, so that sums stay in registers."""
+def _sphere_kernel(closest_hit: Any, leaks_at_vertices: bool, fog: bool, trees: bool, distance_count: int) -> Any:
+    """The kernel over one way of finding closest hits, with code for what the scene has.
+
+    It is made for a number of distances, so that the sums stay in registers.
+    """
     follow = follower(closest_hit, leaks_at_vertices)
+    dimmed = dimmer(fog, trees)
+    veiled = fog or trees
     sums = wp.types.matrix(shape=(distance_count, spherical_harmonics.COUNT), dtype=wp.float32)
     columns = wp.constant(distance_count)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def sphere(entry: wp.uint64, scene: wp.uint64, surface: Surface, points: Points, falloff: Falloff, first: wp.int32):
+    def sphere(
+        entry: wp.uint64,
+        scene: wp.uint64,
+        surface: Surface,
+        veil: Veil,
+        points: Points,
+        falloff: Falloff,
+        first: wp.int32,
+    ):
         p = first + wp.tid()
         origin = points.position[p]
         seed = points.seed[p]
@@ -94,6 +108,8 @@ def _sphere_kernel(closest_hit: Any, leaks_at_vertices: bool, distance_count: in
             hits += fate.struck
             back_faces += fate.back
             weights = basis(direction)
+            if veiled:
+                weights = weights * dimmed(veil, surface, origin, direction, fate.distance)
             for k in range(columns):
                 share = wp.float32(1.0)
                 if fate.stopped == 1:
@@ -110,6 +126,6 @@ def _sphere_kernel(closest_hit: Any, leaks_at_vertices: bool, distance_count: in
 
 
 @cache
-def sphere_kernel(tracer: str, distance_count: int) -> Any:
+def sphere_kernel(tracer: str, fog: bool, trees: bool, distance_count: int) -> Any:
     """The gather for "embree" or "warp", compiled at its first launch."""
-    return _sphere_kernel(*CLOSEST[tracer], distance_count)
+    return _sphere_kernel(*CLOSEST[tracer], fog, trees, distance_count)

@@ -59,16 +59,28 @@ class SphereTally:
 class Tracer(ABC):
     """Traces one world with one set of settings; close it, or use it in a `with` statement.
 
+    Besides the casting faces, that stop rays, a world may have fog boxes and trees, that dim them. A ray that ends at
+    distance d counts for
+
+        ρ(d) exp(-Σ σ L - Σ -ln(o + (1 - o) τ))
+
+    over the boxes of density σ that it crosses on a length L within [0, d], and the tree triangles of openness o and
+    transmission τ that it crosses there; where nothing stops it, ρ is 1 and d the bake's longest distance. A ray that
+    starts inside a box counts from its origin. The exponent ends at 40.
+
     Attributes:
         name: "embree", "warp" or "brute".
         device: "cpu" or the CUDA device's name.
         batch_size: Samples a call of `accumulate` handles well: large enough to keep the device busy, small enough
             that Cancel answers at once.
+        fog_boxes, tree_triangles: How many of them dim rays; of what there is none, nothing was built.
     """
 
     name: str
     device: str
     batch_size: int
+    fog_boxes: int = 0
+    tree_triangles: int = 0
 
     def __init__(self, world: World, settings: BakeSettings) -> None:
         self.world = world
@@ -86,6 +98,13 @@ class Tracer(ABC):
         """Closest hits within `t_max` metres of plain rays, shape (n, 3) each; directions have unit length.
 
         Origins are relative to `World.origin`. Partly open faces count as hits.
+        """
+
+    @abstractmethod
+    def transmittance(self, origins: Float32Array, directions: Float32Array, distance: float) -> Float32Array:
+        """What fog and trees let through along plain rays up to `distance` metres, shape (n,), whatever is opaque.
+
+        Origins and directions have shape (n, 3) each, as for `nearest`.
         """
 
     @abstractmethod
