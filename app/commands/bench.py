@@ -1,4 +1,4 @@
-"""`bench accuracy|speed|scenes|lods`: prints the tables that the documentation quotes."""
+"""`bench accuracy|speed|scenes|lods|trees|fog`: prints the tables that the documentation quotes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bake.errors import InputError
 if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
-USAGE = "accuracy|speed|scenes|lods [SCENE | FOLDER …] [--json] [settings]"
+USAGE = "accuracy|speed|scenes|lods|trees|fog [SCENE | FOLDER …] [--json] [settings]"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +22,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("subject", choices=list(_SUBJECTS), help="accuracy: surface error of the mappings against a "
                         "converged reference; speed: overhead beyond the rays, and the solver at size; "
                         "scenes: what each scene holds and what baking it costs; lods: error of the lower levels of "
-                        "detail against what is traced on the finest one")  # fmt: skip
+                        "detail against what is traced on the finest one; trees: error of the three models of a "
+                        "tree's AO against what is traced on it; fog: what shrubs as boxes cost, and how "
+                        "close they come to the real foliage")  # fmt: skip
     parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
     parser.add_argument("--json", action="store_true", help="print one JSON object a table, a line each")
     add_settings_options(parser)
@@ -70,6 +72,19 @@ def _lods(arguments: argparse.Namespace) -> list[Measurements]:
     return [measure_lods(_scenes(arguments), explicit_options(arguments))]
 
 
+def _tree_models(arguments: argparse.Namespace) -> list[Measurements]:
+    from bake.bench.trees import measure_trees
+
+    return [measure_trees(_scenes(arguments), explicit_options(arguments))]
+
+
+def _fog(arguments: argparse.Namespace) -> list[Measurements]:
+    from bake.bench.fog import measure_fog
+
+    scenes = _scenes(arguments) if arguments.paths else []
+    return [measure_fog(scenes, explicit_options(arguments))]
+
+
 def _scenes(arguments: argparse.Namespace) -> list[Path]:
     missing = [path for path in arguments.paths if not path.exists()]
     if missing or not arguments.paths:
@@ -83,4 +98,6 @@ _SUBJECTS: dict[str, Callable[[argparse.Namespace], list[Measurements]]] = {
     "speed": _speed,
     "scenes": _scene_table,
     "lods": _lods,
+    "trees": _tree_models,
+    "fog": _fog,
 }
