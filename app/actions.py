@@ -56,6 +56,15 @@ ACTIONS: tuple[ActionSpec, ...] = (
     ActionSpec(
         "compare", "View", "&Compare mappings", "Average and least squares side by side on one camera", ("C",), True, 3
     ),
+    ActionSpec(
+        "tree-models",
+        "View",
+        "Compare tree &models",
+        "Global only, local × global and gold of the selected tree side by side",
+        ("M",),
+        True,
+        3,
+    ),
     ActionSpec("up-y", "View", "Up is +&Y", "Orbit about the Y axis", (), True, 4),
     ActionSpec("up-z", "View", "Up is +&Z", "Orbit about the Z axis", (), True, 4),
     ActionSpec("light-palette", "View", "Bright window", "Light colours for the panels", (), True, 5),

@@ -48,6 +48,7 @@ class DisplayPanel(QWidget):
         layout.addStretch(1)
         document.display_changed.connect(self.refresh)
         document.field_changed.connect(self.refresh)
+        document.decorators_changed.connect(self.refresh)
         document.result_changed.connect(self._rebuild_choices)
         self._rebuild_choices()
 

@@ -8,9 +8,11 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QDockWidget, QFrame, QMainWindow, QScrollArea, QTabWidget, QWidget
 
 from app.bake_panel import BakePanel
+from app.decorator_panel import DecoratorPanel
 from app.display_panel import DisplayPanel
 from app.document import Document
 from app.findings_table import FindingsTable
+from app.instance_table import InstanceTable
 from app.log_panel import LogPanel
 from app.outliner import Outliner
 from app.overlay_panel import OverlayPanel
@@ -28,9 +30,11 @@ class Panels:
     outliner: Outliner
     display: DisplayPanel
     overlays: OverlayPanel
+    decorators: DecoratorPanel
     probe: ProbePanel
     stages: StageTable
     findings: FindingsTable
+    instances: InstanceTable
     log: LogPanel
 
 
@@ -41,9 +45,11 @@ def build_panels(document: Document) -> Panels:
         outliner=Outliner(document),
         display=DisplayPanel(document),
         overlays=OverlayPanel(document),
+        decorators=DecoratorPanel(document),
         probe=ProbePanel(),
         stages=StageTable(),
         findings=FindingsTable(),
+        instances=InstanceTable(document),
         log=LogPanel(),
     )
 
@@ -66,10 +72,23 @@ def build_docks(window: QMainWindow, panels: Panels) -> dict[str, QDockWidget]:
     window.setTabPosition(left | right | bottom, QTabWidget.TabPosition.North)
     groups: tuple[tuple[Qt.DockWidgetArea, dict[str, QWidget]], ...] = (
         (left, {"Bake": panels.bake, "Objects": panels.outliner}),
-        (right, {"Display": _scrolled(panels.display), "Marks": _scrolled(panels.overlays)}),
+        (
+            right,
+            {
+                "Display": _scrolled(panels.display),
+                "Marks": _scrolled(panels.overlays),
+                "Decorators": _scrolled(panels.decorators),
+            },
+        ),
         (
             bottom,
-            {"Probe": panels.probe, "Stages": panels.stages, "Findings": panels.findings, "Log": panels.log},
+            {
+                "Probe": panels.probe,
+                "Stages": panels.stages,
+                "Findings": panels.findings,
+                "Instances": panels.instances,
+                "Log": panels.log,
+            },
         ),
     )
     docks: dict[str, QDockWidget] = {}

@@ -10,6 +10,8 @@ import numpy as np
 from app.events import Event
 from bake.settings import BakeSettings, MappingKind
 from bake.types import BakeResult, BoolArray, Finding, Float64Array, Role, VertexField, World
+from viewer.decorated import DecoratedValues
+from viewer.decorator_view import DecoratorView, TreeShading
 from viewer.display import Display, shown_field
 from viewer.fields import Quantity, SurfaceField
 from viewer.probe import Readout
@@ -33,6 +35,8 @@ class Document:
         other: Vertex values of the other mapping, once computed.
         threshold: Back-face threshold in view.
         display: How it is shown.
+        decorators: What is shown of trees, shrubs and small decorators.
+        values: Values of the result's decorators; None without a result.
         visible: Objects that are drawn, shape (o,), bool.
         selected: Index of the selected object, -1 for none.
         pinned: The point that was clicked.
@@ -52,10 +56,13 @@ class Document:
         self.other: VertexField | None = None
         self.threshold = 0.25
         self.display = Display()
+        self.decorators = DecoratorView()
+        self.values: DecoratedValues | None = None
         self.visible: BoolArray = np.zeros(0, bool)
         self.selected = -1
         self.pinned: Readout | None = None
         self._shown: tuple[tuple[object, ...], SurfaceField | None] = ((), None)
+        self._drawn: list[tuple[VertexField, DecoratorView, VertexField]] = []
 
         self.opened: Event[[]] = Event()
         self.world_changed: Event[[]] = Event()
@@ -63,6 +70,7 @@ class Document:
         self.field_changed: Event[[]] = Event()
         self.threshold_changed: Event[[]] = Event()
         self.display_changed: Event[[]] = Event()
+        self.decorators_changed: Event[[]] = Event()
         self.visibility_changed: Event[[]] = Event()
         self.selection_changed: Event[[]] = Event()
         self.pinned_changed: Event[[]] = Event()
@@ -71,7 +79,8 @@ class Document:
         """All events."""
         return (
             self.opened, self.world_changed, self.result_changed, self.field_changed, self.threshold_changed,
-            self.display_changed, self.visibility_changed, self.selection_changed, self.pinned_changed,
+            self.display_changed, self.decorators_changed, self.visibility_changed, self.selection_changed,
+            self.pinned_changed,
         )  # fmt: skip
 
     @property
@@ -90,7 +99,8 @@ class Document:
         """Starts over with a scene; its geometry follows by `set_world`."""
         self.scene_path, self.result_path, self.files = path, result_path, files
         self.findings, self.up_axis = findings, up_axis
-        self.world = self.result = self.field = self.other = self.pinned = None
+        self.world = self.result = self.field = self.other = self.pinned = self.values = None
+        self._drawn = []
         self.selected = -1
         self.visible = np.zeros(0, bool)
         self.opened.emit()
@@ -101,7 +111,8 @@ class Document:
         # Lower LODs lie in the same place as what they stand for.
         self.visible = np.array([role not in (Role.LOD, Role.IGNORE) for role in world.object_roles], bool)
         self.selected, self.pinned = -1, None
-        self.result = self.field = self.other = None
+        self.result = self.field = self.other = self.values = None
+        self._drawn = []
         self.world_changed.emit()
         self.result_changed.emit()
         self.field_changed.emit()
@@ -113,11 +124,15 @@ class Document:
         self.world = result.world
         self.result, self.result_path = result, path
         self.field, self.other = result.field, None
+        self.values, self._drawn = DecoratedValues(result), []
         self.findings = tuple(result.findings)
         self.threshold = result.settings.back_face_threshold
         columns = len(result.settings.column_distances)
         if self.display.column >= columns:
             self.display = self.display.replaced(column=columns - 1)
+        self.decorators = self.decorators.replaced(voxel=-1, column=min(self.decorators.column, columns - 1))
+        if self.values.has(TreeShading.PRODUCT) and not self.values.has(self.decorators.trees):
+            self.decorators = self.decorators.replaced(trees=TreeShading.PRODUCT)
         if self.display.quantity in (Quantity.GEOMETRY, Quantity.DIFFERENCE):
             self.display = self.display.replaced(quantity=Quantity.BLEND)
         self.display_changed.emit()
@@ -147,6 +162,12 @@ class Document:
             self.display = display
             self.display_changed.emit()
 
+    def set_decorators(self, view: DecoratorView) -> None:
+        """Changes what is shown of decorators."""
+        if view != self.decorators:
+            self.decorators = view
+            self.decorators_changed.emit()
+
     def set_up_axis(self, axis: int) -> None:
         """Changes which way is up."""
         if axis != self.up_axis:
@@ -170,12 +191,25 @@ class Document:
         self.pinned = readout
         self.pinned_changed.emit()
 
+    def drawn(self, field: VertexField) -> VertexField:
+        """A field of surfaces with the values of decorators as they are shown; kept until something changes."""
+        if self.values is None or self.display.quantity is Quantity.DIFFERENCE:
+            return field
+        coloring = DecoratorView(trees=self.decorators.trees, scalars=self.decorators.scalars)
+        for known, known_coloring, decorated in self._drawn:
+            if known is field and known_coloring == coloring:
+                return decorated
+        decorated = self.values.decorate(field, coloring)
+        self._drawn = [*self._drawn[-1:], (field, coloring, decorated)]
+        return decorated
+
     def shown(self) -> SurfaceField | None:
         """The numbers that the display asks for; None for plain geometry."""
         if self.result is None or self.field is None:
             return None
         look = self.display
-        key = (self.result, self.field, self.other, look.quantity, look.column, look.short_share, look.curve)
+        field = self.drawn(self.field)
+        key = (self.result, field, self.other, look.quantity, look.column, look.short_share, look.curve)
         known = self._shown[0]
         # By identity: comparing results by value would compare their arrays.
         if (
@@ -183,7 +217,7 @@ class Document:
             or any(a is not b and a != b for a, b in zip(known[3:], key[3:], strict=True))
             or any(a is not b for a, b in zip(known[:3], key[:3], strict=True))
         ):
-            self._shown = (key, shown_field(look, self.result, self.field, self.other))
+            self._shown = (key, shown_field(look, self.result, field, self.other))
         return self._shown[1]
 
     def other_mapping(self) -> MappingKind:

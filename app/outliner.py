@@ -54,6 +54,7 @@ class Outliner(QWidget):
         document.world_changed.connect(self._rebuild)
         document.opened.connect(self._rebuild)
         document.selection_changed.connect(self._show_selection)
+        document.visibility_changed.connect(self._show_visibility)
         self._rebuild()
 
     def item_of(self, index: int) -> QTreeWidgetItem:
@@ -136,6 +137,14 @@ class Outliner(QWidget):
     def _apply_ticks(self) -> None:
         ticks = [item.checkState(0) is Qt.CheckState.Checked for item in self._items]
         self._document.set_visible(np.array(ticks, bool))
+
+    def _show_visibility(self) -> None:
+        self._filling = True
+        for item, shown in zip(self._items, self._document.visible, strict=True):
+            state = Qt.CheckState.Checked if shown else Qt.CheckState.Unchecked
+            if item.checkState(0) is not state:
+                item.setCheckState(0, state)
+        self._filling = False
 
     def _show_selection(self) -> None:
         index = self._document.selected

@@ -21,7 +21,12 @@ class Readouts:
         self._document, self._strip = document, strip
         self._hovered: Pick | None = None
         self._pinned: Pick | None = None
-        for event in (document.field_changed, document.display_changed, document.threshold_changed):
+        for event in (
+            document.field_changed,
+            document.display_changed,
+            document.threshold_changed,
+            document.decorators_changed,
+        ):
             event.connect(self._refresh)
         document.world_changed.connect(self._forget)
         document.pinned_changed.connect(self._on_pinned)
@@ -60,10 +65,12 @@ class Readouts:
             document.world,
             pick,
             document.result,
-            field=document.field,
+            field=None if document.field is None else document.drawn(document.field),
             threshold=document.threshold,
             short_share=document.display.short_share,
             curve=document.display.curve,
+            values=document.values,
+            view=document.decorators,
         )
 
     def _refresh(self) -> None:

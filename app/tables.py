@@ -35,6 +35,12 @@ class RowsModel(QAbstractTableModel):
         self._rows = list(rows)
         self.endResetModel()
 
+    def set_headings(self, headings: Sequence[str]) -> None:
+        """Replaces the headings, and with them the number of columns; leaves no rows."""
+        self.beginResetModel()
+        self._headings, self._rows = tuple(headings), []
+        self.endResetModel()
+
     def row(self, number: int) -> tuple[Cell, ...]:
         """One row, in source order."""
         return self._rows[number]

@@ -1,4 +1,4 @@
-"""The middle of the window: one viewport, or two side by side on one camera."""
+"""The middle of the window: one viewport, or two side by side on one camera; below them the models of a tree."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QImage, QPainter
 from PyQt6.QtWidgets import QSplitter, QVBoxLayout, QWidget
 
+from app.document import Document
 from app.lazy_picker import LazyPicker
+from app.tree_compare import TreeCompare
 from app.viewport import Viewport
 from viewer.camera import Camera
 
@@ -21,9 +23,13 @@ class ViewArea(QWidget):
         self._splitter.setChildrenCollapsible(False)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self._splitter)
+        self._rows = QSplitter(Qt.Orientation.Vertical)
+        self._rows.setChildrenCollapsible(False)
+        self._rows.addWidget(self._splitter)
+        layout.addWidget(self._rows)
         self.main = Viewport(picker)
         self.other: Viewport | None = None
+        self.trees: TreeCompare | None = None
         self._splitter.addWidget(self.main)
         self.main.camera_changed.connect(self._follow_main)
 
@@ -51,6 +57,23 @@ class ViewArea(QWidget):
             self.other.deleteLater()
             self.other = None
 
+    def compare_trees(self, document: Document) -> TreeCompare:
+        """Opens the comparison of tree models below the viewports; returns it."""
+        if self.trees is None:
+            self.trees = TreeCompare(document, self.main.camera)
+            self._rows.addWidget(self.trees)
+            height = max(self._rows.height(), 2)
+            self._rows.setSizes([height * 55 // 100, height * 45 // 100])
+        return self.trees
+
+    def end_tree_comparison(self) -> None:
+        """Closes the comparison of tree models."""
+        if self.trees is not None:
+            self.trees.close_view()
+            self.trees.setParent(None)
+            self.trees.deleteLater()
+            self.trees = None
+
     def picture(self) -> QImage:
         """All viewports as drawn, side by side."""
         pictures = [viewport.picture() for viewport in self.viewports]
@@ -73,6 +96,7 @@ class ViewArea(QWidget):
 
     def close_views(self) -> None:
         """Frees VTK's side of all viewports; must precede the end of the window."""
+        self.end_tree_comparison()
         self.unsplit()
         self.main.close_view()
 

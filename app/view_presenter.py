@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from app.decorator_presenter import DecoratorPresenter
 from app.document import Document
 from app.viewport import Viewport
 from bake.types import VertexField, VertexState
+from viewer.decorator_view import TREE_WORDS, TreeShading
 from viewer.display import shown_field
 from viewer.fields import Quantity, distance_label
 from viewer.overlays import OverlayPoints, all_sample_points, invalid_sample_points, vertices_in_state
@@ -37,11 +39,14 @@ class ViewPresenter:
         self._document = document
         self._viewports = list(viewports)
         self._overlays = Overlays()
+        self.decorators = DecoratorPresenter(document, self._viewports)
+        self._coloring = (document.decorators.trees, document.decorators.scalars)
         self.drawn_note = ""
         """What was left out of the marks; empty if nothing."""
         document.world_changed.connect(self._on_world)
         document.field_changed.connect(self._on_field)
         document.display_changed.connect(self._on_display)
+        document.decorators_changed.connect(self._on_decorators)
         document.threshold_changed.connect(self._draw_overlays)
         document.visibility_changed.connect(self._on_visibility)
         document.selection_changed.connect(self._on_selection)
@@ -59,6 +64,7 @@ class ViewPresenter:
         self._draw()
         self._draw_overlays()
         self._on_selection()
+        self.decorators.draw()
 
     def remove_viewport(self, viewport: Viewport) -> None:
         """Leaves a viewport alone from now on."""
@@ -71,6 +77,8 @@ class ViewPresenter:
         document.world_changed.disconnect(self._on_world)
         document.field_changed.disconnect(self._on_field)
         document.display_changed.disconnect(self._on_display)
+        document.decorators_changed.disconnect(self._on_decorators)
+        self.decorators.close()
         document.threshold_changed.disconnect(self._draw_overlays)
         document.visibility_changed.disconnect(self._on_visibility)
         document.selection_changed.disconnect(self._on_selection)
@@ -80,6 +88,7 @@ class ViewPresenter:
         for viewport in self._viewports:
             viewport.set_world(self._document.world)
             viewport.set_visible_faces(visible)
+        self.decorators.draw()
 
     def _on_field(self) -> None:
         self._draw()
@@ -89,6 +98,12 @@ class ViewPresenter:
         self._draw()
         if self._overlays.samples:
             self._draw_overlays()
+
+    def _on_decorators(self) -> None:
+        coloring = (self._document.decorators.trees, self._document.decorators.scalars)
+        if coloring != self._coloring:
+            self._coloring = coloring
+            self._draw()
 
     def _on_visibility(self) -> None:
         visible = self._document.face_visible()
@@ -110,13 +125,16 @@ class ViewPresenter:
                 display = display.replaced(quantity=Quantity.DISTANCE)
             shown = None
             if document.result is not None and field is not None:
-                shown = shown_field(display, document.result, field, document.other)
+                shown = shown_field(display, document.result, document.drawn(field), document.other)
             viewport.set_field(shown, display, self._note(display.quantity))
             viewport.set_caption(self._caption(number, field) if comparing else "")
 
     def _note(self, quantity: Quantity) -> str:
         document = self._document
         parts = []
+        trees = document.decorators.trees
+        if document.values is not None and document.values.has(TreeShading.PRODUCT) and trees is not TreeShading.NONE:
+            parts.append(f"trees: {TREE_WORDS[trees]}")
         if quantity is Quantity.DIFFERENCE and document.result is not None:
             names = (document.result.settings.mapping, document.other_mapping())
             parts.append(" − ".join(kind.value.replace("-", " ") for kind in names))

@@ -14,15 +14,19 @@ from app.gl_view import GLView
 from app.lazy_picker import LazyPicker
 from app.legend import Legend
 from app.navigation import Navigation
-from bake.types import BoolArray, Float32Array, Float64Array, World
+from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, UInt8Array, World
 from viewer.actors import SurfaceActor
 from viewer.camera import Camera
 from viewer.colormaps import GEOMETRY_COLOR
 from viewer.display import Display
-from viewer.fields import SurfaceField, relief_of
+from viewer.fields import Scale, SurfaceField, relief_of
 from viewer.markers import BoxActor, PointsActor
 from viewer.overlays import OverlayPoints
 from viewer.picking import Pick
+from viewer.shapes import ShapesActor
+
+Shapes = tuple[Float32Array, Int32Array, UInt8Array]
+"""Positions, cells and colours; see `ShapesActor.set_shapes`."""
 
 HOVER_MS = 16
 _SHADING = 0.45
@@ -43,6 +47,7 @@ class Viewport(QWidget):
 
     hovered = pyqtSignal(object)  # Pick or None
     clicked = pyqtSignal(object)  # Pick or None
+    ray_clicked = pyqtSignal(object, object, object)  # origin, direction, Pick or None
     camera_changed = pyqtSignal(object)  # Camera
 
     def __init__(self, picker: LazyPicker, parent: QWidget | None = None) -> None:
@@ -50,6 +55,8 @@ class Viewport(QWidget):
         self._picker = picker
         self._surface: SurfaceActor | None = None
         self._points: dict[str, PointsActor] = {}
+        self._shapes: dict[str, ShapesActor] = {}
+        self._scales: dict[str, Legend] = {}
         self._display = Display()
         self._relief: Float32Array | None = None
         self._bounds = np.array([[-1.0] * 3, [1.0] * 3])
@@ -74,7 +81,7 @@ class Viewport(QWidget):
         self.view.renderer.AddActor(self._box.actor)
         self.navigation = Navigation(self.view, self.pick_at)
         self.navigation.camera_changed.connect(self._on_camera)
-        self.navigation.clicked.connect(lambda position: self.clicked.emit(self.pick_at(position)))
+        self.navigation.clicked.connect(self._on_click)
         self.navigation.hovered.connect(self._on_hover)
         self.view.mouse_left.connect(self._on_leave)
         self.view.resized.connect(self._place_children)
@@ -106,6 +113,8 @@ class Viewport(QWidget):
         self._box.hide()
         for points in self._points.values():
             points.actor.VisibilityOff()
+        for shapes in self._shapes.values():
+            shapes.hide()
         self.hint.setVisible(world is None)
         if world is not None and world.face_count:
             positions = np.asarray(world.positions)
@@ -160,6 +169,30 @@ class Viewport(QWidget):
         self._points[name].set_points(points.positions, points.colors)
         self.view.update()
 
+    def set_shapes(
+        self, name: str, shapes: Shapes | None, *, opacity: float = 1.0, width: float = 1.5, lit: bool = False
+    ) -> None:
+        """Draws lines or faces under a name; None removes them. Their look is that of the first time."""
+        if shapes is None:
+            if name in self._shapes:
+                self._shapes[name].hide()
+                self.view.update()
+            return
+        if name not in self._shapes:
+            self._shapes[name] = ShapesActor(opacity=opacity, width=width, lit=lit)
+            self.view.renderer.AddActor(self._shapes[name].actor)
+        self._shapes[name].set_shapes(*shapes)
+        self.view.update()
+
+    def set_scale(self, name: str, scale: Scale | None) -> None:
+        """Explains the colours of marks under a name, above the surface's legend; None takes it away."""
+        if name not in self._scales:
+            if scale is None:
+                return
+            self._scales[name] = Legend(self.view)
+        self._scales[name].set_scale(scale)
+        self._place_children()
+
     def set_box(self, bounds: tuple[Float64Array, Float64Array] | None) -> None:
         """Draws a box around the selected object."""
         if bounds is None:
@@ -183,21 +216,25 @@ class Viewport(QWidget):
 
     def pick_at(self, position: QPointF) -> Pick | None:
         """What is at a position of the view, in its logical pixels."""
+        return self._picker.pick(*self.ray_at(position), cull_back_faces=not self._display.back_faces)
+
+    def ray_at(self, position: QPointF) -> tuple[Float64Array, Float64Array]:
+        """The ray through a position of the view: origin and unit direction."""
         x = 2.0 * (position.x() + 0.5) / max(self.view.width(), 1) - 1.0
         y = 1.0 - 2.0 * (position.y() + 0.5) / max(self.view.height(), 1)
-        origin, direction = self.camera.ray(x, y, self.view.aspect)
-        return self._picker.pick(origin, direction, cull_back_faces=not self._display.back_faces)
+        return self.camera.ray(x, y, self.view.aspect)
 
     def picture(self) -> QImage:
         """The view as drawn, with its legend."""
         image = self.view.grabFramebuffer()
         ratio = self.view.devicePixelRatioF()
         image.setDevicePixelRatio(ratio)
-        if self.legend.isVisibleTo(self.view):
-            painter = QPainter(image)
-            painter.translate(QPointF(self.legend.pos()))
-            self.legend.paint(painter)
-            painter.end()
+        for legend in (self.legend, *self._scales.values()):
+            if legend.isVisibleTo(self.view):
+                painter = QPainter(image)
+                painter.translate(QPointF(legend.pos()))
+                legend.paint(painter)
+                painter.end()
         return image
 
     def close_view(self) -> None:
@@ -208,6 +245,7 @@ class Viewport(QWidget):
         self.view.close()
         self._surface = None
         self._points.clear()
+        self._shapes.clear()
 
     def _on_camera(self, camera: Camera) -> None:
         self._apply_camera()
@@ -230,6 +268,11 @@ class Viewport(QWidget):
         near = max(far * 1e-5, min(camera.distance * 0.02, max(float(depths.min()) * 0.99, 0.0) or math.inf))
         vtk_camera.SetClippingRange(near, far)
         self.view.update()
+
+    def _on_click(self, position: QPointF) -> None:
+        found = self.pick_at(position)
+        self.clicked.emit(found)
+        self.ray_clicked.emit(*self.ray_at(position), found)
 
     def _on_hover(self, position: QPointF) -> None:
         self._hover = position
@@ -270,5 +313,10 @@ class Viewport(QWidget):
 
     def _place_children(self) -> None:
         view = self.view
-        self.legend.move(_MARGIN, view.height() - self.legend.height() - _MARGIN)
+        bottom = view.height() - _MARGIN
+        for legend in (self.legend, *self._scales.values()):
+            if legend.isVisibleTo(view):
+                bottom -= legend.height()
+                legend.move(_MARGIN, bottom)
+                bottom -= _MARGIN // 2
         self.hint.move((view.width() - self.hint.width()) // 2, (view.height() - self.hint.height()) // 2)

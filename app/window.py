@@ -37,7 +37,7 @@ from app.view_area import ViewArea
 from app.view_presenter import Overlays, ViewPresenter
 from viewer.camera import Camera, robust_bounds
 
-LAYOUT_VERSION = 1
+LAYOUT_VERSION = 2
 LONG_BAKE_SECONDS = 30.0
 """A bake that has run longer is not thrown away without asking."""
 
@@ -142,6 +142,7 @@ class Window(QMainWindow):
             "quit": self.close,
             "cancel": self._escape,
             "compare": self.compare,
+            "tree-models": self.compare_tree_models,
             "up-y": lambda _on: self._set_up_axis(1),
             "up-z": lambda _on: self._set_up_axis(2),
             "light-palette": lambda on: self._set_scheme("light" if on else ""),
@@ -174,6 +175,10 @@ class Window(QMainWindow):
         panels.outliner.object_activated.connect(lambda _index: self.commands.frame())
         panels.findings.object_chosen.connect(self.commands.select_path)
         panels.findings.object_activated.connect(lambda _path: self.commands.frame())
+        panels.instances.object_chosen.connect(self.document.select)
+        panels.instances.object_activated.connect(lambda _index: self.commands.frame())
+        panels.decorators.models_requested.connect(lambda: self.compare_tree_models(True))
+        panels.decorators.table_requested.connect(self._show_instances)
         panels.probe.fly_requested.connect(lambda: self.commands.fly_to(self.readouts.pinned))
         panels.probe.cleared.connect(lambda: self.readouts.click(None))
         banner.log_requested.connect(lambda: self.show_panel("Log"))
@@ -200,6 +205,18 @@ class Window(QMainWindow):
             self.presenter.remove_viewport(self.area.other)
             self.area.unsplit()
         self.controller.compare(on)
+
+    def compare_tree_models(self, on: bool) -> None:
+        """Shows the three models of the selected tree side by side, on a camera of their own."""
+        self.actions_by_id["tree-models"].setChecked(on)
+        if on and self.area.trees is None:
+            self.area.compare_trees(self.document).close_requested.connect(lambda: self.compare_tree_models(False))
+        elif not on:
+            self.area.end_tree_comparison()
+
+    def _show_instances(self, kind: str) -> None:
+        self.panels.instances.set_kind(kind)
+        self.show_panel("Instances")
 
     def show_panel(self, title: str) -> None:
         """Brings a panel to the front."""

@@ -22,6 +22,9 @@ EDGE_BARYCENTRIC = 1e-4
 MAX_LAYERS = 32
 """Most partly open surfaces that one ray passes; it then counts as blocked."""
 
+MAX_OPTICAL_DEPTH = 40.0
+"""Where the sum along a ray ends: e⁻⁴⁰ is nothing, and no exponential ever sees an infinity."""
+
 OFFSET_ULPS = 16.0
 """Origin offset in units of 2^-24 × (largest coordinate + extent of the face); see `offset_distance`."""
 
@@ -62,6 +65,14 @@ def cosine_direction(u: Float64Array, v: Float64Array, normal: Float64Array) -> 
     z = np.sqrt(np.maximum(0.0, 1.0 - x * x - y * y))
     tangent, bitangent = frame(normal)
     return x[:, None] * tangent + y[:, None] * bitangent + z[:, None] * normal
+
+
+def sphere_direction(u: Float64Array, v: Float64Array) -> Float64Array:
+    """Unit directions, shape (n, 3), evenly spread over the sphere (Archimedes: by height and angle)."""
+    z = 1.0 - 2.0 * u
+    radius = np.sqrt(np.maximum(0.0, 1.0 - z * z))
+    angle = 2.0 * math.pi * v
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
 
 
 def above_face(direction: Float64Array, face_normal: Float64Array) -> Float64Array:

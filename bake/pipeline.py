@@ -5,17 +5,23 @@ from __future__ import annotations
 import time
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bake import __version__
+from bake.decorator_types import Decorators, FogBoxes
+from bake.decorators.fog import make_fog
+from bake.decorators.local_ao import StagesLent
+from bake.decorators.resampling import resample_surfaces
+from bake.decorators.trees import bake_trees
 from bake.devices import Device, resolve
 from bake.errors import SceneError
 from bake.results import check_destination, is_current, load_result, save_result
 from bake.samples import place_samples
-from bake.scene import flatten, load_scene, read_bake_options
+from bake.scene import flatten, load_scene, read_bake_options, samplable_faces
 from bake.settings import BakeSettings, TracerKind
 from bake.solve import map_to_vertices
 from bake.stages import StageClock, patiently
@@ -90,13 +96,37 @@ def bake(
         )
     clock.ran("sample surface", f"{len(samples):,} samples", seconds)
 
-    tally, tracer_name, device_name = yield from trace(world, samples, settings, device, clock)
-    _report_skipped(world, settings, clock)
+    fog = yield from _fog(world, settings, clock)
+    tracer, seconds = yield from _tracer(world, settings, device, fog)
+    clock.ran("build BVH", _occluders(world, tracer), seconds)
+    with tracer:
+        tally = yield from trace(tracer, samples, settings, clock)
+        lent = StagesLent(flatten, place_samples, partial(create_tracer, device=device), map_to_vertices)
+        trees = yield from bake_trees(scene, world, settings, tracer, lent, clock)
+    clock.skipped("regions", "this version does not bake dynamic regions")
 
     valid = tally.valid(settings.back_face_threshold)
     solved, seconds = yield from patiently("solve", lambda: map_to_vertices(world, samples, tally.ao, valid, settings))
     report = solved.report
     clock.ran("map to vertices", f"{report.unknowns:,} unknowns, {report.iterations} iterations", seconds)
+    around = yield from resample_surfaces(
+        world,
+        solved,
+        settings,
+        clock,
+        caster=lambda baked: _tracer(baked, settings, device),
+        sampler=place_samples,
+        mapper=map_to_vertices,
+        samplable=samplable_faces,
+    )
+    decorators = Decorators(
+        fog=fog,
+        volume=trees.volume if trees else None,
+        models=trees.models if trees else (),
+        fits=trees.fits if trees else None,
+        shrub_scalars=around.shrub_scalars,
+        small_scalars=around.small_scalars,
+    )
     return BakeResult(
         scene_path=scene.path.resolve(),
         files=scene.files,
@@ -104,42 +134,70 @@ def bake(
         world=world,
         samples=samples,
         tally=tally,
-        field=solved,
+        field=around.field,
         stages=tuple(clock.rows),
-        findings=(*scene.findings, *_bake_findings(world, samples, valid, solved)),
-        device=device_name,
-        tracer=tracer_name,
+        findings=(
+            *scene.findings,
+            *_bake_findings(world, samples, valid, solved),
+            *(trees.findings if trees else ()),
+            *around.findings,
+        ),
+        device=tracer.device,
+        tracer=tracer.name,
         rays_skipped=0,
         versions=versions(),
+        decorators=None if decorators == Decorators() else decorators,
     )
 
 
 def trace(
-    world: World, samples: SampleSet, settings: BakeSettings, device: Device, clock: StageClock
-) -> Generator[Progress, None, tuple[Tally, str, str]]:
-    """Traces every sample; returns the tally and the names of the tracer and the device."""
+    tracer: Tracer, samples: SampleSet, settings: BakeSettings, clock: StageClock
+) -> Generator[Progress, None, Tally]:
+    """Traces every sample."""
     tally = Tally.empty(len(samples), settings.distance_count)
-    tracer, seconds = yield from _tracer(world, settings, device)
-    clock.ran("build BVH", f"{int(world.face_casts.sum()):,} triangles", seconds)
-    begin = time.perf_counter()
-    with tracer:
-        total = len(samples) * settings.rays
-        for batch in samples.batches(tracer.batch_size):
-            tracer.accumulate(samples, batch, tally)
-            done, seconds = batch.stop * settings.rays, time.perf_counter() - begin
-            yield Progress("trace", done, total, seconds, done / max(seconds, 1e-9))
-        seconds = time.perf_counter() - begin
-        clock.ran("trace", f"{settings.rays} rays a sample", seconds, total)
-        return tally, tracer.name, tracer.device
+    begin, total, seconds = time.perf_counter(), len(samples) * settings.rays, 0.0
+    for batch in samples.batches(tracer.batch_size):
+        tracer.accumulate(samples, batch, tally)
+        done, seconds = batch.stop * settings.rays, time.perf_counter() - begin
+        yield Progress("trace", done, total, seconds, done / max(seconds, 1e-9))
+    clock.ran("trace", f"{settings.rays} rays a sample", seconds, total)
+    return tally
 
 
-def _tracer(world: World, settings: BakeSettings, device: Device) -> Generator[Progress, None, tuple[Tracer, float]]:
+def _fog(world: World, settings: BakeSettings, clock: StageClock) -> Generator[Progress, None, FogBoxes | None]:
+    """Shrubs as boxes of fog, or the reason why there are none."""
+    shrubs = world.object_roles.count(Role.SHRUB)
+    if shrubs == 0 or "fog" in settings.skip:
+        clock.skipped("fog", "asked for by --skip" if shrubs else "no shrubs in the scene")
+        return None
+    fog, seconds = yield from patiently("fog", lambda: make_fog(world, settings))
+    if fog is None:
+        clock.skipped("fog", f"{shrubs:,} shrubs without faces")
+        return None
+    lowered = int(np.count_nonzero(fog.density < fog.given_density))
+    clock.ran("fog", f"{len(fog):,} boxes, {lowered:,} thinned where they overlap", seconds)
+    return fog
+
+
+def _tracer(
+    world: World, settings: BakeSettings, device: Device, fog: FogBoxes | None = None
+) -> Generator[Progress, None, tuple[Tracer, float]]:
     if not device.is_cuda:
-        return (yield from patiently("build BVH", lambda: create_tracer(world, settings, device)))
+        return (yield from patiently("build BVH", lambda: create_tracer(world, settings, device, fog=fog)))
     # CUDA builds fast, and Warp's objects are best made and used on one thread.
     yield Progress("build BVH", 0, 0)
     begin = time.perf_counter()
-    return create_tracer(world, settings, device), time.perf_counter() - begin
+    return create_tracer(world, settings, device, fog=fog), time.perf_counter() - begin
+
+
+def _occluders(world: World, tracer: Tracer) -> str:
+    """What rays can meet, for the report: only what there is."""
+    counts = {
+        "triangles": int(world.face_casts.sum()),
+        "boxes of fog": tracer.fog_boxes,
+        "triangles of trees": tracer.tree_triangles,
+    }
+    return ", ".join(f"{count:,} {what}" for what, count in counts.items() if count)
 
 
 def settings_for(scene_path: Path, options: Mapping[str, Any]) -> BakeSettings:
@@ -173,27 +231,6 @@ def _is_current(folder: Path, scene: Scene, settings: BakeSettings, device: Devi
         kind = TracerKind.WARP if device.is_cuda else TracerKind.EMBREE
     name = device.name if device.is_cuda else "cpu"
     return is_current(folder, files=scene.files, settings=settings, device=name, tracer=kind.value, versions=versions())
-
-
-_LATER_STAGES = (
-    ("fog", Role.SHRUB, "shrubs"),
-    ("trees", Role.TREE, "trees"),
-    ("decorators", Role.SMALL, "small decorators"),
-    ("lods", Role.LOD, "lower LODs"),
-)
-
-
-def _report_skipped(world: World, settings: BakeSettings, clock: StageClock) -> None:
-    """Says of every stage that did not run why it did not."""
-    for stage, role, plural in _LATER_STAGES:
-        count = world.object_roles.count(role)
-        if stage in settings.skip:
-            clock.skipped(stage, "asked for by --skip")
-        elif count:
-            clock.skipped(stage, f"{count} {plural} set aside: this version does not bake them")
-        else:
-            clock.skipped(stage, f"no {plural} in the scene")
-    clock.skipped("regions", "this version does not bake dynamic regions")
 
 
 def _bake_findings(world: World, samples: SampleSet, valid: np.ndarray, solved: VertexField) -> list[Finding]:

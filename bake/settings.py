@@ -218,6 +218,40 @@ class BakeSettings:
         "Look alpha masks up in their texture at each hit instead of using their mean",
         advanced=True,
     )
+    decorator_radius: float | None = _setting(
+        None,
+        "Decorator radius",
+        "How far around itself a small decorator looks for surface; without it, 1.25 half diagonals of its box",
+        unit="m",
+        above=0.0,
+        high=1e6,
+        advanced=True,
+    )
+    volume_spacing: float = _setting(
+        1.0, "Tree volume spacing", "Edge of a cell of the volume around trees", unit="m", above=0.0, high=1e6
+    )
+    volume_directions: int = _setting(
+        1024,
+        "Tree volume directions",
+        "Rays from each voxel of the volume around trees; powers of two sample best",
+        low=1,
+        high=65535,
+        advanced=True,
+    )
+    refine_local: bool = _setting(
+        False, "Refine local AO", "Fit each tree's local AO to all its instances instead of baking it alone"
+    )
+    fog_density: float = _setting(
+        0.7,
+        "Fog density",
+        "How fast shrubs dim what lies behind them, unless they say so themselves: 0.7 leaves half after a metre",
+        unit="1/m",
+        low=0.0,
+        high=1000.0,
+    )
+    fit_fog: bool = _setting(
+        False, "Fit fog", "Give each shrub the density that dims like its real mesh does", advanced=True
+    )
     ground: Ground | None = _setting(None, "Ground plane", "AXIS[:SCALE[:OFFSET]]: a blocker under the scene")
     regions: str = _setting("none", "Regions", "auto, none or a JSON file of visibility regions")
     seed: int = _setting(1, "Seed", "Same scene, settings, seed and device give the same bits", low=0, high=2**32 - 1)

@@ -26,6 +26,7 @@ from bake.arrays import (
     UInt16Array,
     UInt32Array,
 )
+from bake.decorator_types import Decorators
 from bake.scene_types import (
     Finding,
     Material,
@@ -42,6 +43,7 @@ from bake.settings import BakeSettings
 __all__ = [
     "BakeResult",
     "BoolArray",
+    "Decorators",
     "Finding",
     "Float32Array",
     "Float64Array",
@@ -285,6 +287,7 @@ class BakeResult:
         device, tracer: Where the rays were traced: "cpu" or a CUDA device's name; "embree", "warp" or "brute".
         rays_skipped: Rays that were not traced because they could not matter.
         versions: Library versions by name.
+        decorators: What became of trees, shrubs and small decorators; None if the scene has none.
     """
 
     scene_path: Path
@@ -300,3 +303,4 @@ class BakeResult:
     tracer: str
     rays_skipped: int
     versions: Mapping[str, str]
+    decorators: Decorators | None = None

@@ -65,6 +65,28 @@ class SurfaceField:
         return int(np.count_nonzero(np.isnan(self.values) & ~self.not_baked))
 
 
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """What the colours of marks mean.
+
+    Attributes:
+        title: Name for people.
+        color_map: None where there are only swatches.
+        low, high: Ends of the map.
+        unit: Unit of the ends, empty for AO.
+        note: A second line.
+        swatches: Colours with a meaning of their own.
+    """
+
+    title: str
+    color_map: ColorMap | None = None
+    low: float = 0.0
+    high: float = 1.0
+    unit: str = ""
+    note: str = ""
+    swatches: tuple[tuple[tuple[int, int, int], str], ...] = ()
+
+
 def relief_of(normals: Float32Array) -> Float32Array:
     """Brightness under a fixed light, shape (n,), in [0.5, 1], for surfaces that have nothing else to show."""
     light = np.array([0.45, 0.75, 0.48], np.float32)

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bake.types import BakeResult, VertexField, VertexState, World
+from viewer.decorated import DecoratedValues
+from viewer.decorator_rows import decorator_line, decorator_rows, state_word
+from viewer.decorator_view import DecoratorView
 from viewer.fields import distance_label
 from viewer.picking import Pick
 from viewer.tone import RemapCurve, blend
@@ -38,6 +41,9 @@ class Readout:
         corner_states: How each corner came by its value.
         samples, invalid: Surface samples on the triangle, and those above the back-face threshold.
         rays, hits, back_faces: Summed over the triangle's samples.
+        decorator: Label and text of what is known of the object as a decorator.
+        decorator_line: The same in short.
+        is_sampled: Whether the object takes surface samples.
     """
 
     object: str
@@ -58,6 +64,9 @@ class Readout:
     rays: int = 0
     hits: int = 0
     back_faces: int = 0
+    decorator: tuple[tuple[str, str], ...] = ()
+    decorator_line: str = ""
+    is_sampled: bool = True
 
     @property
     def back_face_share(self) -> float:
@@ -74,6 +83,7 @@ class Readout:
             ("Barycentric", ", ".join(f"{weight:.4f}" for weight in self.barycentric)),
             ("Position", f"{x:.3f}, {y:.3f}, {z:.3f} m"),
         ]
+        rows += self.decorator
         if not self.distances:
             return rows
         rows += [(f"AO at {label}", _number(value)) for label, value in zip(self.distances, self.ao, strict=True)]
@@ -82,6 +92,8 @@ class Readout:
             values = "  ".join(_number(value) for value in self.corner_ao[corner])
             mark = "  ← nearest" if corner == self.nearest else ""
             rows.append((f"Vertex {self.vertices[corner]}", f"{values}  {self.corner_states[corner]}{mark}"))
+        if not self.is_sampled:
+            return rows
         rows += [
             ("Samples", f"{self.samples} on the triangle, {self.invalid} invalid"),
             ("Rays", f"{self.rays:,} traced, {self.hits:,} hit, {self.back_face_share:.1%} of hits on back faces"),
@@ -97,9 +109,12 @@ class Readout:
         parts: list[str] = []
         if self.distances:
             parts += [f"{label}: {_number(value)}" for label, value in zip(self.distances, self.ao, strict=True)]
+            if self.decorator_line:
+                return "  ·  ".join([*parts, self.decorator_line])
             nearest = " ".join(_number(value) for value in self.corner_ao[self.nearest])
             parts.append(f"v{self.vertices[self.nearest]}: {nearest} {self.corner_states[self.nearest]}")
-            parts.append(f"{self.samples} samples, {self.invalid} invalid, {self.rays:,} rays")
+            if self.is_sampled:
+                parts.append(f"{self.samples} samples, {self.invalid} invalid, {self.rays:,} rays")
         return "  ·  ".join(parts)
 
 
@@ -112,6 +127,8 @@ def read_out(
     threshold: float | None = None,
     short_share: float = 0.0,
     curve: RemapCurve | None = None,
+    values: DecoratedValues | None = None,
+    view: DecoratorView | None = None,
 ) -> Readout:
     """Looks a picked point up.
 
@@ -122,6 +139,7 @@ def read_out(
         field: Vertex values to read instead of the result's own, e.g. those of a changed threshold.
         threshold: Back-face threshold; the bake's own by default.
         short_share, curve: Blend and remap as displayed.
+        values, view: Decorators of the result, and how they are shown; `field` then has their values.
     """
     owner = int(world.face_object[pick.face])
     corners = np.asarray(world.faces[pick.face])
@@ -138,7 +156,20 @@ def read_out(
         barycentric=pick.barycentric,
         position=(float(x), float(y), float(z)),
     )
-    return readout if result is None else _with_values(readout, corners, result, field, threshold, short_share, curve)
+    if result is None:
+        return readout
+    readout = _with_values(readout, corners, result, field, threshold, short_share, curve)
+    if values is None or view is None or world.object_roles[owner].receives_per_vertex:
+        return readout
+    word = state_word(values, owner, view)
+    vertex = readout.vertices[readout.nearest]
+    return dataclasses.replace(
+        readout,
+        decorator=tuple(decorator_rows(result, values, owner, vertex)),
+        decorator_line=decorator_line(result, values, owner, vertex),
+        corner_states=(word,) * 3 if word else readout.corner_states,
+        is_sampled=False,
+    )
 
 
 def _with_values(

@@ -1,4 +1,4 @@
-"""`bench accuracy|speed|scenes`: prints the tables that the documentation quotes."""
+"""`bench accuracy|speed|scenes|lods|trees|fog`: prints the tables that the documentation quotes."""
 
 from __future__ import annotations
 
@@ -14,14 +14,17 @@ from bake.errors import InputError
 if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
-USAGE = "accuracy|speed|scenes [SCENE | FOLDER …] [--scale X] [--json] [settings]"
+USAGE = "accuracy|speed|scenes|lods|trees|fog [SCENE | FOLDER …] [--scale X] [--json] [settings]"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's arguments."""
     parser.add_argument("subject", choices=list(_SUBJECTS), help="accuracy: surface error of the mappings against a "
                         "converged reference; speed: overhead beyond the rays, and the solver at size; "
-                        "scenes: what each scene holds and what baking it costs")  # fmt: skip
+                        "scenes: what each scene holds and what baking it costs; lods: error of the lower levels of "
+                        "detail against what is traced on the finest one; trees: error of the three models of a "
+                        "tree's AO against what is traced on it; fog: what shrubs as boxes cost, and how "
+                        "close they come to the real foliage")  # fmt: skip
     parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
     parser.add_argument("--scale", type=float, default=1.0, help="metres in a unit of the scenes (accuracy only)")
     parser.add_argument("--json", action="store_true", help="print one JSON object a table, a line each")
@@ -64,6 +67,25 @@ def _scene_table(arguments: argparse.Namespace) -> list[Measurements]:
     return [measure_scenes(_scenes(arguments), explicit_options(arguments))]
 
 
+def _lods(arguments: argparse.Namespace) -> list[Measurements]:
+    from bake.bench.lods import measure_lods
+
+    return [measure_lods(_scenes(arguments), explicit_options(arguments))]
+
+
+def _tree_models(arguments: argparse.Namespace) -> list[Measurements]:
+    from bake.bench.trees import measure_trees
+
+    return [measure_trees(_scenes(arguments), explicit_options(arguments))]
+
+
+def _fog(arguments: argparse.Namespace) -> list[Measurements]:
+    from bake.bench.fog import measure_fog
+
+    scenes = _scenes(arguments) if arguments.paths else []
+    return [measure_fog(scenes, explicit_options(arguments))]
+
+
 def _scenes(arguments: argparse.Namespace) -> list[Path]:
     missing = [path for path in arguments.paths if not path.exists()]
     if missing or not arguments.paths:
@@ -76,4 +98,7 @@ _SUBJECTS: dict[str, Callable[[argparse.Namespace], list[Measurements]]] = {
     "accuracy": _accuracy,
     "speed": _speed,
     "scenes": _scene_table,
+    "lods": _lods,
+    "trees": _tree_models,
+    "fog": _fog,
 }

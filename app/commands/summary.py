@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from app.commands.progress import duration
-from bake.types import BakeResult, StageReport, VertexState
+from bake.types import BakeResult, Decorators, Role, StageReport, VertexState, World
 
 UNCHANGED = "scene and settings are unchanged since the stored result"
 _MOST_FINDINGS = 8  # on the terminal; JSON has them all
@@ -69,8 +70,37 @@ def bake_summary(result: BakeResult, path: Path, seconds: float, *, unchanged: b
             "iterations": result.field.report.iterations,
             "rmse": [value if np.isfinite(value) else None for value in result.field.report.rmse],
         },
+        "decorators": decorator_counts(result),
         "warnings": [asdict(finding) for finding in result.findings],
     }
+
+
+def decorator_counts(result: BakeResult) -> dict[str, Any]:
+    """How many decorators of each kind the result has, and what their volume needs."""
+    parts = result.decorators or Decorators()
+    volume = parts.volume
+    return {
+        "fog_boxes": 0 if parts.fog is None else len(parts.fog.object),
+        "trees": 0 if parts.fits is None else len(parts.fits.object),
+        "tree_models": len(parts.models),
+        "shrubs": 0 if parts.shrub_scalars is None else len(parts.shrub_scalars.object),
+        "small": 0 if parts.small_scalars is None else len(parts.small_scalars.object),
+        "lods": sum(
+            bool(np.isfinite(result.field.ao[first:last]).any())
+            for first, last, role in _vertex_spans(result.world)
+            if role is Role.LOD
+        ),
+        "volume_bricks": 0 if volume is None else len(volume.brick_voxels),
+        "volume_voxels": 0 if volume is None else len(volume.voxel),
+        "volume_filled_voxels": 0 if volume is None else int(np.count_nonzero(np.asarray(volume.valid) == 0)),
+        "volume_memory_mb": 0.0 if volume is None else volume.memory_bytes / 1e6,
+    }
+
+
+def _vertex_spans(world: World) -> Iterator[tuple[int, int, Role]]:
+    """First vertex, the one behind the last, and role of each object."""
+    first: list[int] = world.first_vertex.tolist()
+    return zip(first[:-1], first[1:], world.object_roles, strict=True)
 
 
 def _stage(stage: StageReport) -> dict[str, Any]:
@@ -100,7 +130,16 @@ def summary_text(result: BakeResult, path: Path, seconds: float, *, unchanged: b
         if len(values):
             low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
             lines.append(f"  AO        {distance:g} m: median {middle:.2f}, 90 % within {low:.2f} to {high:.2f}")
-    return "\n".join([*lines, *_finding_lines(result)])
+    return "\n".join([*lines, *_decorator_lines(figures["decorators"]), *_finding_lines(result)])
+
+
+def _decorator_lines(counts: dict[str, Any]) -> list[str]:
+    """One line, if the scene has any."""
+    names = {"trees": "trees", "shrubs": "shrubs", "small": "small decorators", "lods": "lower LODs"}
+    there = [f"{counts[key]:,} {name}" for key, name in names.items() if counts[key]]
+    if counts["volume_voxels"]:
+        there.append(f"volume of {counts['volume_voxels']:,} voxels ({counts['volume_memory_mb']:.1f} MB)")
+    return [f"  decorators  {', '.join(there)}"] if there else []
 
 
 def _stage_lines(stages: list[StageReport]) -> list[str]:

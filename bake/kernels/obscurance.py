@@ -7,9 +7,10 @@ from typing import Any
 
 import warp as wp
 
-from bake import geometry
-from bake.kernels import closest
-from bake.kernels.closest import Hit, nudged
+from bake.kernels.bodies import CLOSEST
+from bake.kernels.closest import nudged
+from bake.kernels.falloff import Falloff, vec8
+from bake.kernels.follow import follower
 from bake.kernels.rays import (
     GOLDEN,
     SECOND_DIMENSION,
@@ -21,27 +22,10 @@ from bake.kernels.rays import (
     owen_sobol,
     to_unit,
 )
-from bake.kernels.surface import Surface, openness_at, sample_origin
+from bake.kernels.surface import Surface, sample_origin
+from bake.kernels.veil import Veil, dimmer
 
 wp.set_module_options({"enable_backward": False, "fast_math": False})
-
-MAX_DISTANCES = 8
-vec8 = wp.types.vector(length=MAX_DISTANCES, dtype=wp.float32)
-
-GRAZING_COSINE = wp.constant(geometry.GRAZING_COSINE)
-EDGE_BARYCENTRIC = wp.constant(geometry.EDGE_BARYCENTRIC)
-MAX_LAYERS = wp.constant(geometry.MAX_LAYERS)
-NEXT_AFTER = wp.constant(1.0 + 4.0 * 2.0**-24)
-TINY_STEP = wp.constant(1.0e-7)
-
-
-@wp.struct
-class Falloff:
-    """What a hit counts for: ρ(d) = 1 - exp(rate × d) for each of `count` distances; rate 0: ρ = 0."""
-
-    rates: vec8
-    count: wp.int32
-    t_max: wp.float32
 
 
 @wp.struct
@@ -59,26 +43,22 @@ class Work:
     back_faces: wp.array(dtype=wp.uint16)
 
 
-@wp.func
-def strikes_back(surface: Surface, hit: Hit) -> wp.bool:
-    """Whether a hit proves that the ray came from behind a one-sided face."""
-    third = 1.0 - hit.weights[0] - hit.weights[1]
-    smallest = wp.min(third, wp.min(hit.weights[0], hit.weights[1]))
-    inside = hit.cosine > GRAZING_COSINE and smallest > EDGE_BARYCENTRIC
-    return inside and surface.two_sided[hit.primitive] == wp.uint8(0)
-
-
-def _obscurance_kernel(closest_hit: Any, leaks_at_vertices: bool) -> Any:
-    """The kernel over one way of finding closest hits.
-
-    A tracer that lets one in a thousand of the rays aimed exactly at a vertex through gets a second look: where hardly
-    a ray of the sample escaped so far, an escape is believed only if the ray's twin, turned by 10⁻⁵, escapes as well.
-    This costs at most a sixteenth more rays where a surface is nearly closed off, and one ray elsewhere.
-    """
-    second_look = wp.constant(leaks_at_vertices)
+def _obscurance_kernel(closest_hit: Any, leaks_at_vertices: bool, fog: bool, trees: bool) -> Any:
+    """The kernel over one way of finding closest hits, with code for fog and trees only where the scene has them."""
+    follow = follower(closest_hit, leaks_at_vertices)
+    dimmed = dimmer(fog, trees)
+    veiled = fog or trees
 
     @wp.kernel(module="unique", enable_backward=False)
-    def obscurance(entry: wp.uint64, scene: wp.uint64, surface: Surface, work: Work, falloff: Falloff, first: wp.int32):
+    def obscurance(
+        entry: wp.uint64,
+        scene: wp.uint64,
+        surface: Surface,
+        veil: Veil,
+        work: Work,
+        falloff: Falloff,
+        first: wp.int32,
+    ):
         s = first + wp.tid()
         face = work.face[s]
         origin = sample_origin(surface, face, work.barycentric[s])
@@ -99,26 +79,22 @@ def _obscurance_kernel(closest_hit: Any, leaks_at_vertices: bool) -> Any:
             direction = disc[0] * tangent + disc[1] * bitangent + height * origin.shading_normal
             direction = above_face(direction, origin.face_normal)
 
-            # A partly open face stops the rays whose threshold its transmittance falls to.
             threshold = to_unit(threshold_seed + (block + wp.uint32(j)) * GOLDEN)
-            through = wp.float32(1.0)
-            t_min = wp.float32(0.0)
-            for layer in range(MAX_LAYERS):
-                hit = closest_hit(entry, scene, origin.point, direction, t_min, falloff.t_max)
-                if second_look and hit.primitive < 0 and layer == 0 and (j - hits) * 16 <= j:
-                    hit = closest_hit(entry, scene, origin.point, nudged(direction), t_min, falloff.t_max)
-                if hit.primitive < 0:
-                    break
-                if layer == 0:
-                    hits += 1
-                    if strikes_back(surface, hit):
-                        back_faces += 1
-                through = through * openness_at(surface, hit.primitive, hit.weights)
-                if through <= threshold or layer == MAX_LAYERS - 1:
+            doubtful = (j - hits) * 16 <= j
+            fate = follow(entry, scene, surface, origin.point, direction, falloff.t_max, threshold, doubtful)
+            hits += fate.struck
+            back_faces += fate.back
+            if veiled:
+                passes = dimmed(veil, surface, origin.point, direction, fate.distance)
+                for k in range(falloff.count):
+                    near = wp.float32(0.0)
+                    if fate.stopped == 1:
+                        near = wp.exp(falloff.rates[k] * fate.distance)
+                    blocked[k] += (1.0 - passes) + near * passes  # 1 - ρ × what passes
+            else:
+                if fate.stopped == 1:
                     for k in range(falloff.count):
-                        blocked[k] += wp.exp(falloff.rates[k] * hit.distance)  # 1 - ρ
-                    break
-                t_min = hit.distance * NEXT_AFTER + TINY_STEP
+                        blocked[k] += wp.exp(falloff.rates[k] * fate.distance)  # 1 - ρ
         for k in range(falloff.count):
             work.ao[s, k] = wp.max(0.0, 1.0 - blocked[k] / wp.float32(work.rays))
         work.hits[s] = wp.uint16(hits)
@@ -161,17 +137,40 @@ def _nearest_kernel(closest_hit: Any, leaks_at_vertices: bool) -> Any:
     return nearest
 
 
+def _transmittance_kernel(fog: bool, trees: bool) -> Any:
+    """The kernel behind `Tracer.transmittance`."""
+    dimmed = dimmer(fog, trees)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def transmittance(
+        surface: Surface,
+        veil: Veil,
+        origins: wp.array(dtype=wp.vec3),
+        directions: wp.array(dtype=wp.vec3),
+        distance: wp.float32,
+        # Out:
+        passes: wp.array(dtype=wp.float32),
+        first: wp.int32,
+    ):
+        i = first + wp.tid()
+        passes[i] = dimmed(veil, surface, origins[i], directions[i], distance)
+
+    return transmittance
+
+
 @cache
-def obscurance_kernel(tracer: str) -> Any:
+def obscurance_kernel(tracer: str, fog: bool, trees: bool) -> Any:
     """The fused kernel for "embree" or "warp", compiled at its first launch."""
-    return _obscurance_kernel(*_CLOSEST[tracer])
+    return _obscurance_kernel(*CLOSEST[tracer], fog, trees)
 
 
 @cache
 def nearest_kernel(tracer: str) -> Any:
     """The plain-ray kernel for "embree" or "warp", compiled at its first launch."""
-    return _nearest_kernel(*_CLOSEST[tracer])
+    return _nearest_kernel(*CLOSEST[tracer])
 
 
-# How each tracer finds a closest hit, and whether it may leak at vertices.
-_CLOSEST = {"embree": (closest.embree_closest, True), "warp": (closest.bvh_closest, False)}
+@cache
+def transmittance_kernel(fog: bool, trees: bool) -> Any:
+    """The kernel for what dims plain rays, compiled at its first launch."""
+    return _transmittance_kernel(fog, trees)

@@ -30,7 +30,7 @@ class ArraySpec:
     """One array of a `BakeResult`: where it belongs and what it must look like.
 
     Attributes:
-        owner: Field of `BakeResult`: world, samples, tally or field.
+        owner: Field of `BakeResult` (world, samples, tally or field), or a part of its decorators (see `parts`).
         attribute: Field of the owner.
         dtype: Little-endian type as stored.
         row: Shape after the first axis; -1: any length.
@@ -75,6 +75,34 @@ SPECS: tuple[ArraySpec, ...] = (
     ArraySpec("tally", "back_faces", "<u2"),
     ArraySpec("field", "ao", "<f4", (-1,)),
     ArraySpec("field", "state", "|u1"),
+    ArraySpec("fog", "object", "<i4"),
+    ArraySpec("fog", "minimum", "<f4", (3,)),
+    ArraySpec("fog", "maximum", "<f4", (3,)),
+    ArraySpec("fog", "given_density", "<f4"),
+    ArraySpec("fog", "density", "<f4"),
+    ArraySpec("volume", "origin", "<f8"),
+    ArraySpec("volume", "top", "<i4", (-1, -1)),
+    ArraySpec("volume", "brick_voxels", "<i4", (9, 9, 9)),
+    ArraySpec("volume", "voxel", "<i4", (3,)),
+    ArraySpec("volume", "sh", "<f4", (9, -1)),
+    ArraySpec("volume", "valid", "|u1"),
+    ArraySpec("models", "mesh", "<i4"),
+    ArraySpec("models", "first_vertex", "<i8"),
+    ArraySpec("models", "local_ao", "<f4", (-1,)),
+    ArraySpec("fits", "object", "<i4"),
+    ArraySpec("fits", "model", "<i4"),
+    ArraySpec("fits", "centre", "<f8", (3,)),
+    ArraySpec("fits", "coefficients", "<f4", (4, -1)),
+    ArraySpec("fits", "rmse_global", "<f4", (-1,)),
+    ArraySpec("fits", "rmse_product", "<f4", (-1,)),
+    ArraySpec("fits", "rmse_volume", "<f4", (-1,)),
+    ArraySpec("fits", "terms", "|u1", (-1,)),
+    ArraySpec("shrub_scalars", "object", "<i4"),
+    ArraySpec("shrub_scalars", "ao", "<f4", (-1,)),
+    ArraySpec("shrub_scalars", "found", "|b1"),
+    ArraySpec("small_scalars", "object", "<i4"),
+    ArraySpec("small_scalars", "ao", "<f4", (-1,)),
+    ArraySpec("small_scalars", "found", "|b1"),
 )
 
 

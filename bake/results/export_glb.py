@@ -11,7 +11,8 @@ moves to the next free `COLOR_n`.
 AO belongs to a placed object, a glTF mesh may be placed often: every object but the first gets its own copy of the
 mesh's JSON, sharing all its accessors but the AO. Nodes of EXT_mesh_gpu_instancing cannot say anything per vertex and
 instance: they get the mean AO of each instance as instance attribute `_AO`, and a side file
-`NAME.instances.json` with the same by object path.
+`NAME.instances.json` with the same by object path. Trees and small decorators are said as `glb_decorators` tells, and
+by object path in the side file `NAME.decorators.json`.
 """
 
 from __future__ import annotations
@@ -26,9 +27,11 @@ import numpy as np
 from bake.errors import InputError, ResultError
 from bake.results.arrays import file_sha256
 from bake.results.exported_ao import object_means, open_where_unbaked
+from bake.results.exported_decorators import decorators_by_path, exported_trees
 from bake.results.glb_attributes import AoWriter, SourceLayout
 from bake.results.glb_build import build_document
 from bake.results.glb_container import read_container
+from bake.results.glb_decorators import annotate_nodes, annotate_tree_meshes
 from bake.results.storage import replacing
 from bake.types import BakeResult, Finding, Scene, SceneObject
 
@@ -55,11 +58,18 @@ def write_glb_export(
     """
     instance_means: dict[str, list[float]] = {}
     findings: list[Finding] = []
+    placed: dict[int, list[tuple[int, int]]] = {}
     if result.scene_path.suffix.lower() not in (".glb", ".gltf"):
         container, drawn = build_document(result)
         writer = AoWriter(container, result, column if color else None)
+        trees = exported_trees(result)
         for object_index, mesh in zip(drawn, container.document.get("meshes", []), strict=True):
-            writer.add_to_mesh(mesh, object_index, None)
+            if object_index in trees and result.decorators is not None:
+                local_ao = result.decorators.models[trees[object_index].model].local_ao
+                writer.add_values_to_mesh(mesh, local_ao, None, result.world.object_paths[object_index])
+            else:
+                writer.add_to_mesh(mesh, object_index, None)
+        placed = {1 + place: [(number, -1)] for place, number in enumerate(drawn)}  # node 0 is the root
     else:
         if scene is None:
             raise InputError("needs the scene it was baked from", where=str(path))
@@ -73,7 +83,12 @@ def write_glb_export(
         _annotate(writer, scene)
         instance_means, instance_findings = _annotate_instances(writer, scene)
         findings += instance_findings
+        annotate_tree_meshes(writer, scene)
+        for item in scene.objects:
+            if item.path in writer.object_numbers and item.node >= 0:
+                placed.setdefault(item.node, []).append((writer.object_numbers[item.path], item.node_instance))
     writer.finish()
+    findings += annotate_nodes(container, result, placed)
     with replacing(path) as file:
         container.write(file)
     if instance_means:
@@ -81,6 +96,10 @@ def write_glb_export(
         side = {"attribute": "_AO", "distances": distances, "instances": instance_means}
         with replacing(path.with_name(f"{path.stem}.instances.json")) as file:
             file.write(json.dumps(side, indent=1, ensure_ascii=False).encode())
+    if result.decorators is not None:
+        text = json.dumps(decorators_by_path(result), indent=1, ensure_ascii=False, allow_nan=False)
+        with replacing(path.with_name(f"{path.stem}.decorators.json")) as file:
+            file.write(text.encode())
     return tuple(findings)
 
 

@@ -4,7 +4,8 @@
 `distances` (k,) float64 [m]; `vertex_state` (n,) uint8: 0 baked, 1 filled from neighbours, 2 without a value of its
 own; `object` (m,) int32 per face; `object_names` (o,) text; and of the s samples `samples_face` (s,) int32,
 `samples_bary` (s, 3) float32, `samples_ao` (s, k) float32, `samples_backface` (s,) float32, the share of hits that
-were back faces. Instances are flattened, in scene order.
+were back faces. Instances are flattened, in scene order. Decorators that the result has follow, see
+`exported_decorators.decorator_arrays`.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bake.results.exported_ao import exported_state, open_where_unbaked
+from bake.results.exported_decorators import decorator_arrays
 from bake.results.storage import replacing
 from bake.types import BakeResult
 
@@ -41,6 +43,7 @@ def write_npz(result: BakeResult, path: Path, _column: int) -> None:
         "samples_bary": np.concatenate([samples.barycentric, rest], axis=1).astype(np.float32),
         "samples_ao": result.tally.ao,
         "samples_backface": result.tally.back_face_share(),
+        **decorator_arrays(result),
     }
     with replacing(path) as file, zipfile.ZipFile(file, "w") as archive:
         for name, array in arrays.items():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bake.errors import InputError
-from bake.types import BakeResult, Float32Array, Float64Array, UInt8Array, VertexState
+from bake.types import BakeResult, Float32Array, Float64Array, Role, UInt8Array, VertexState
 
 
 def open_where_unbaked(ao: Float32Array) -> Float32Array:
@@ -49,7 +49,8 @@ def object_means(result: BakeResult) -> Float64Array:
     world, ao = result.world, result.field.ao
     corners = world.positions[world.faces]
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    area[~world.face_samples] = 0.0
+    is_lod = np.array([role is Role.LOD for role in world.object_roles], np.bool_)[world.face_object]
+    area[~(world.face_samples | is_lod)] = 0.0
     total = np.empty((world.object_count, ao.shape[1]))
     for column in range(ao.shape[1]):
         value = ao[:, column][world.faces].mean(axis=1, dtype=np.float64)

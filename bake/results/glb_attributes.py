@@ -48,18 +48,25 @@ class AoWriter:
         self._ao_view, self._color_view = views, views + 1
 
     def has_values(self, object_index: int) -> bool:
-        """Whether the object received per-vertex AO."""
-        return self.result.world.object_roles[object_index].receives_per_vertex
+        """Whether the object received per-vertex AO, its own or that of a finer level of detail."""
+        world = self.result.world
+        first, last = world.first_vertex[object_index : object_index + 2].tolist()
+        resampled = bool(np.isfinite(self.result.field.ao[first:last]).any())
+        return world.object_roles[object_index].receives_per_vertex or resampled
 
     def add_to_mesh(self, mesh: dict[str, Any], object_index: int, source: SourceLayout | None) -> None:
         """Gives the mesh's primitives the AO of an object; without `source` its only primitive has its vertices."""
         world = self.result.world
         first, last = world.first_vertex[object_index : object_index + 2].tolist()
-        ao = self.result.field.ao[first:last]
+        self.add_values_to_mesh(mesh, self.result.field.ao[first:last], source, world.object_paths[object_index])
+
+    def add_values_to_mesh(
+        self, mesh: dict[str, Any], ao: Float32Array, source: SourceLayout | None, path: str
+    ) -> None:
+        """Gives the mesh's primitives AO, shape (n, k); `path` names the object in messages."""
         if source is None:
             self._assign(mesh["primitives"][0]["attributes"], self._new_attributes(open_where_unbaked(ao)))
             return
-        path = world.object_paths[object_index]
         added: dict[int, dict[str, int]] = {}  # primitives may share their vertices
         for span in source.primitives:
             attributes = mesh["primitives"][span.primitive]["attributes"]

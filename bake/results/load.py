@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from bake.errors import ResultError
 from bake.results.arrays import SPECS, ArraySpec, read_array
 from bake.results.manifest import MANIFEST_FILE, Manifest, read_manifest
-from bake.types import BakeResult, Float32Array, SampleSet, Tally, VertexField, World
+from bake.results.parts import DECORATOR_PARTS, check_decorators, decorators_of, within
+from bake.types import BakeResult, Decorators, Float32Array, SampleSet, Tally, VertexField, World
 
 _ATTEMPTS = 20
 
@@ -53,7 +54,10 @@ def _version(folder: Path) -> tuple[int, int]:
 
 def _read_arrays(folder: Path, manifest: Manifest, *, verify: bool) -> dict[str, NDArray[Any]]:
     wanted = [spec for spec in SPECS if spec.name in manifest.arrays]
-    lacking = [spec.name for spec in SPECS if spec.name not in manifest.arrays and not spec.optional]
+    parts = () if manifest.decorators is None else manifest.decorators["parts"]
+    absent = set(DECORATOR_PARTS) - set(parts)
+    needed = [spec for spec in SPECS if not spec.optional and spec.owner not in absent]
+    lacking = [spec.name for spec in needed if spec.name not in manifest.arrays]
     if lacking:
         raise ResultError(f"has no array {', '.join(lacking)}", where=str(folder), remedy="bake again")
 
@@ -88,9 +92,19 @@ def _assemble(folder: Path, manifest: Manifest, arrays: dict[str, NDArray[Any]])
         tracer=manifest.tracer,
         rays_skipped=manifest.rays_skipped,
         versions=manifest.versions,
+        decorators=_decorators(folder, manifest, arrays),
     )
     _check_agreement(folder, result)
+    check_decorators(folder, result)
     return result
+
+
+def _decorators(folder: Path, manifest: Manifest, arrays: dict[str, NDArray[Any]]) -> Decorators | None:
+    owned = {part: _of(part, arrays) for part in DECORATOR_PARTS}
+    try:
+        return decorators_of(manifest.decorators, owned)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ResultError("its decorators do not fit each other", where=str(folder), remedy="bake again") from error
 
 
 def _of(owner: str, arrays: dict[str, NDArray[Any]]) -> dict[str, Any]:
@@ -125,9 +139,9 @@ def _check_agreement(folder: Path, result: BakeResult) -> None:
         and tally.ao.shape == (len(samples), columns)
         and all(len(array) == len(samples) for array in (samples.barycentric, samples.area, samples.index))
         and all(len(array) == len(samples) for array in (tally.rays, tally.hits, tally.back_faces))
-        and _within(world.faces, vertices)
-        and _within(world.face_object, objects)
-        and _within(samples.face, faces)
+        and within(world.faces, vertices)
+        and within(world.face_object, objects)
+        and within(samples.face, faces)
         and _is_partition(world.first_vertex, objects, vertices)
         and _is_partition(world.first_face, objects, faces)
         and (world.vertex_uv is None or len(world.vertex_uv) == vertices)
@@ -135,10 +149,6 @@ def _check_agreement(folder: Path, result: BakeResult) -> None:
     )
     if not agrees:
         raise ResultError("its arrays do not fit each other", where=str(folder), remedy="bake again")
-
-
-def _within(indices: NDArray[Any], bound: int) -> bool:
-    return not indices.size or (int(indices.min()) >= 0 and int(indices.max()) < bound)
 
 
 def _is_partition(firsts: NDArray[np.int64], objects: int, total: int) -> bool:

@@ -1,8 +1,8 @@
 """`manifest.json`: everything of a result that is not an array, and the hash of every array file beside it.
 
-    {"format": "obscura-result", "schema": 1, "scene": {"path", "files"}, "settings", "seed", "device", "tracer",
-     "versions", "rays", "rays_skipped", "stages", "findings", "solve", "objects", "texture_shapes", "arrays",
-     "checksum"}
+    {"format": "obscura-result", "schema": 2, "scene": {"path", "files"}, "settings", "seed", "device", "tracer",
+     "versions", "rays", "rays_skipped", "stages", "findings", "solve", "objects", "texture_shapes",
+     "decorators", "arrays", "checksum"}
 
 `checksum` is the SHA-256 of all the rest, so that a damaged manifest is recognised too.
 """
@@ -22,12 +22,15 @@ import numpy as np
 
 from bake.errors import InputError, ResultError
 from bake.results.arrays import FILE_NAME, StoredArray
+from bake.results.parts import checked_parts, decorators_json
 from bake.settings import BakeSettings
 from bake.types import BakeResult, Finding, ObjectKeys, Role, SolveReport, StageReport
 
 MANIFEST_FILE = "manifest.json"
 FORMAT = "obscura-result"
-SCHEMA = 1
+SCHEMA = 2
+READABLE = (1, SCHEMA)
+"""Schema 1 had no decorators and is read as a result without any."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +53,8 @@ class Manifest:
     object_hash: tuple[str, ...]
     texture_shapes: tuple[tuple[int, int], ...]
     arrays: Mapping[str, StoredArray]
+    decorators: Mapping[str, Any] | None
+    schema: int
 
 
 def manifest_text(result: BakeResult, arrays: Mapping[str, StoredArray]) -> str:
@@ -76,6 +81,7 @@ def manifest_text(result: BakeResult, arrays: Mapping[str, StoredArray]) -> str:
             )
         ],
         "texture_shapes": [list(texture.shape) for texture in world.textures],
+        "decorators": decorators_json(result),
         "arrays": {name: dataclasses.asdict(stored) for name, stored in arrays.items()},
     }
     content = _finite(content)
@@ -106,9 +112,9 @@ def read_manifest(folder: Path) -> Manifest:
         raise ResultError("is no result (no manifest.json)", where=str(folder), remedy="name a result folder") from None
     if content.get("format") != FORMAT:
         raise ResultError("is no manifest of a result", where=str(path), remedy="name a result folder")
-    if content.get("schema") != SCHEMA:
+    if content.get("schema") not in READABLE:
         raise ResultError(
-            f"schema version {content.get('schema')!r}, this program reads {SCHEMA}",
+            f"schema version {content.get('schema')!r}, this program reads {READABLE[0]} to {SCHEMA}",
             where=str(path),
             remedy="bake again with this version",
         )
@@ -139,6 +145,8 @@ def _parse(content: dict[str, Any], path: Path) -> Manifest:
         object_hash=tuple(str(item["hash"]) for item in objects),
         texture_shapes=tuple((int(height), int(width)) for height, width in content["texture_shapes"]),
         arrays={name: _stored(item) for name, item in content["arrays"].items()},
+        decorators=None if content["schema"] == 1 else checked_parts(content["decorators"]),
+        schema=int(content["schema"]),
     )
 
 

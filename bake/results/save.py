@@ -19,6 +19,7 @@ from bake.errors import ResultError
 from bake.results.arrays import FILE_NAME, SPECS, ArrayFile, file_sha256
 from bake.results.lock import LOCK_FILE, folder_lock
 from bake.results.manifest import MANIFEST_FILE, is_result, manifest_text, read_manifest
+from bake.results.parts import owners_of
 from bake.results.storage import probe_writable, storage_errors, sync, sync_folder
 from bake.types import BakeResult
 
@@ -77,14 +78,16 @@ def save_result(result: BakeResult, folder: Path) -> None:
 def _array_files(result: BakeResult) -> dict[str, ArrayFile]:
     """All arrays, hashed side by side: hashing lets go of the interpreter lock."""
     textures = [texture.reshape(-1) for texture in result.world.textures]
-    owners = {"world": result.world, "samples": result.samples, "tally": result.tally, "field": result.field}
+    owners = owners_of(result)
 
     def hashed(position: int) -> ArrayFile | None:
         spec = SPECS[position]
         if spec.attribute == "texels":
             values = np.concatenate(textures) if textures else np.zeros(0, np.float32)
-        else:
+        elif spec.owner in owners:
             values = getattr(owners[spec.owner], spec.attribute)
+        else:
+            values = None
         return None if values is None else ArrayFile.of(spec, values)
 
     with ThreadPoolExecutor() as pool:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from bake.errors import ResultError
 from bake.results.load import load_result
-from bake.results.manifest import read_manifest
+from bake.results.manifest import SCHEMA, read_manifest
 from bake.settings import BakeSettings
 
 # The device and tracer asked for may be "auto": what counts is which ones were found. The quality preset only fills
@@ -36,7 +36,8 @@ def is_current(
     try:
         manifest = read_manifest(folder)
         agrees = (
-            dict(manifest.files) == dict(files)
+            manifest.schema == SCHEMA  # an older one may lack what this version bakes
+            and dict(manifest.files) == dict(files)
             and _compared(manifest.settings) == _compared(settings)
             and (manifest.device, manifest.tracer) == (device, tracer)
             and dict(manifest.versions) == dict(versions)

@@ -19,6 +19,10 @@ LONGEST_PATH = 65_536  # characters; a chain of a million nodes would otherwise 
 MOST_INSTANCES = 2_000_000  # objects, each with a path and a transform of its own
 
 
+RESULT_KEY = "baked"
+"""Within `extras.obscura`: what an export of a result says about the node; it declares nothing."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Visit:
     """A node still to be visited, with what it inherits."""
@@ -144,7 +148,7 @@ def _declared(node: JsonCursor, path: str) -> dict[str, Any]:
             where=f"{node.file}: {path}",
             remedy='write {"obscura": {"role": "tree"}}',
         )
-    return dict(declared.object())
+    return {name: value for name, value in declared.object().items() if name != RESULT_KEY}
 
 
 def _placements_of(

@@ -7,8 +7,11 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
 
+import numpy as np
+
+from bake.errors import SettingsError
 from bake.settings import BakeSettings
-from bake.types import Float32Array, Int32Array, SampleSet, Tally, World
+from bake.types import BoolArray, Float32Array, Int32Array, SampleSet, Tally, UInt16Array, UInt32Array, World
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,19 +31,56 @@ class Hits:
     weights: Float32Array
 
 
+@dataclass(frozen=True, slots=True)
+class SphereTally:
+    """What the rays from points in space found in all directions.
+
+    Attributes:
+        sh: Shape (n, 9, k), float32: spherical harmonics of the open share ρ over the sphere, not convolved, in the
+            order of `bake/spherical_harmonics.py`; in the open the first is √(4π) and the others 0.
+        directions: Rays traced from each point.
+        hits: Shape (n,), uint16: rays that met a face within the bake's longest distance.
+        back_faces: Shape (n,), uint16: those that struck the back of a one-sided face, grazing and edge hits excepted.
+    """
+
+    sh: Float32Array
+    directions: int
+    hits: UInt16Array
+    back_faces: UInt16Array
+
+    def __len__(self) -> int:
+        return len(self.sh)
+
+    def valid(self, threshold: float) -> BoolArray:
+        """Points whose back faces are at most `threshold` of their hits, shape (n,)."""
+        return self.back_faces <= threshold * self.hits
+
+
 class Tracer(ABC):
     """Traces one world with one set of settings; close it, or use it in a `with` statement.
+
+    Besides the casting faces, that stop rays, a world may have fog boxes and trees, that dim them. A ray that ends at
+    distance d counts for
+
+        ρ(d) exp(-Σ σ L - Σ -ln(o + (1 - o) τ))
+
+    over the boxes of density σ that it crosses on a length L within [0, d], and the tree triangles of openness o and
+    transmission τ that it crosses there; where nothing stops it, ρ is 1 and d the bake's longest distance. A ray that
+    starts inside a box counts from its origin. The exponent ends at 40.
 
     Attributes:
         name: "embree", "warp" or "brute".
         device: "cpu" or the CUDA device's name.
         batch_size: Samples a call of `accumulate` handles well: large enough to keep the device busy, small enough
             that Cancel answers at once.
+        fog_boxes, tree_triangles: How many of them dim rays; of what there is none, nothing was built.
     """
 
     name: str
     device: str
     batch_size: int
+    fog_boxes: int = 0
+    tree_triangles: int = 0
 
     def __init__(self, world: World, settings: BakeSettings) -> None:
         self.world = world
@@ -61,6 +101,36 @@ class Tracer(ABC):
         """
 
     @abstractmethod
+    def transmittance(self, origins: Float32Array, directions: Float32Array, distance: float) -> Float32Array:
+        """What fog and trees let through along plain rays up to `distance` metres, shape (n,), whatever is opaque.
+
+        Origins and directions have shape (n, 3) each, as for `nearest`.
+        """
+
+    @abstractmethod
+    def gather_sphere(
+        self, points: Float32Array, seeds: UInt32Array, directions: int, *, trees: bool = True
+    ) -> SphereTally:
+        """Open share in all directions around points in space, as quadratic spherical harmonics for every distance.
+
+        A ray is followed and weighed like those of `accumulate`. Directions are the first points of one Owen-scrambled
+        Sobol sequence a point, spread evenly over the sphere. Send about `points_at_once` points a call.
+
+        Args:
+            points: Shape (n, 3), metres relative to `World.origin`.
+            seeds: Shape (n,), uint32: scrambles, one a point.
+            directions: Rays from each point, 1 to 65,535.
+            trees: Whether trees attenuate.
+
+        Raises:
+            SettingsError: `directions` is out of its bounds.
+        """
+
+    def points_at_once(self, directions: int) -> int:
+        """Points that a call of `gather_sphere` handles well, as `batch_size` says for samples."""
+        return max(1, self.batch_size * self.settings.rays // directions)
+
+    @abstractmethod
     def close(self) -> None:
         """Frees what the tracer holds; it cannot be used afterwards."""
 
@@ -71,3 +141,13 @@ class Tracer(ABC):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def check_directions(directions: int) -> None:
+    """Refuses a number of directions that cannot be counted.
+
+    Raises:
+        SettingsError: it is below 1 or above 65,535.
+    """
+    if not 1 <= directions <= np.iinfo(np.uint16).max:
+        raise SettingsError(f"{directions} directions over the sphere", where="trace", remedy="use 1 to 65535")

@@ -10,11 +10,13 @@ import math
 
 import numpy as np
 
-from bake import geometry
+from bake import geometry, spherical_harmonics
+from bake.decorator_types import FogBoxes
 from bake.low_discrepancy import owen_sobol, thresholds
 from bake.settings import BakeSettings, Kernel
-from bake.trace.base import Hits, Tracer
-from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SampleSet, Tally, World
+from bake.trace.base import Hits, SphereTally, Tracer, check_directions
+from bake.trace.brute_veil import PlainVeil
+from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SampleSet, Tally, UInt32Array, World
 
 _PAIRS = 1 << 21  # ray-triangle pairs at a time: 16 MB an array
 
@@ -26,8 +28,10 @@ class TracerBrute(Tracer):
     device = "cpu"
     batch_size = 64
 
-    def __init__(self, world: World, settings: BakeSettings) -> None:
+    def __init__(self, world: World, settings: BakeSettings, fog: FogBoxes | None = None) -> None:
         super().__init__(world, settings)
+        self._veil = PlainVeil(world, settings, fog)
+        self.fog_boxes, self.tree_triangles = self._veil.fog_boxes, self._veil.tree_triangles
         self._positions = geometry.as_traced(world.positions).astype(np.float64)
         self._cast_face = np.flatnonzero(world.face_casts)
         corners = geometry.faces_corners(self._positions, world.faces[self._cast_face])
@@ -38,31 +42,35 @@ class TracerBrute(Tracer):
     def accumulate(self, samples: SampleSet, batch: slice, tally: Tally) -> None:
         """Traces a batch; see `Tracer.accumulate`."""
         rays = self.settings.rays
-        origins, directions, threshold = sample_rays(self.world, samples, batch, rays)
-        blocked = np.zeros((len(origins), self.settings.distance_count))
-        through, t_min = np.ones(len(origins)), np.zeros(len(origins))
-        active = np.arange(len(origins))
-        for layer in range(geometry.MAX_LAYERS):
-            hits = self._closest(origins[active], directions[active], t_min[active], self.settings.trace_distance)
-            struck = hits.face >= 0
-            if layer == 0:
-                back = struck & self._back_faces(hits)
-                tally.hits[batch] = struck.reshape(-1, rays).sum(1)
-                tally.back_faces[batch] = back.reshape(-1, rays).sum(1)
-            active = active[struck]
-            distance = hits.distance[struck].astype(np.float64)
-            through[active] *= self._openness(hits, struck)
-            stopped = through[active] <= threshold[active]
-            if layer == geometry.MAX_LAYERS - 1:
-                stopped[:] = True
-            blocked[active[stopped]] = self._blocked_share(distance[stopped])
-            t_min[active] = distance * (1.0 + 4.0 * 2.0**-24) + 1e-7
-            active = active[~stopped]
-            if len(active) == 0:
-                break
-        mean = blocked.reshape(-1, rays, self.settings.distance_count).mean(1)
-        tally.ao[batch] = np.clip(1.0 - mean, 0.0, 1.0)
+        open_share, struck, back = self._follow(*sample_rays(self.world, samples, batch, rays), trees=True)
+        tally.ao[batch] = np.clip(open_share.reshape(-1, rays, self.settings.distance_count).mean(1), 0.0, 1.0)
+        tally.hits[batch] = struck.reshape(-1, rays).sum(1)
+        tally.back_faces[batch] = back.reshape(-1, rays).sum(1)
         tally.rays[batch] = rays
+
+    def transmittance(self, origins: Float32Array, directions: Float32Array, distance: float) -> Float32Array:
+        """What fog and trees let through; see `Tracer.transmittance`."""
+        end = np.full(len(origins), distance)
+        depth = self._veil.depth(origins.astype(np.float64), directions.astype(np.float64), end, trees=True)
+        return np.exp(-depth).astype(np.float32)
+
+    def gather_sphere(
+        self, points: Float32Array, seeds: UInt32Array, directions: int, *, trees: bool = True
+    ) -> SphereTally:
+        """Spherical harmonics of what is open around points; see `Tracer.gather_sphere`."""
+        check_directions(directions)
+        index, seed = np.tile(np.arange(directions), len(points)), np.repeat(seeds, directions)
+        ways = geometry.sphere_direction(*owen_sobol(index, seed))
+        origins = np.repeat(points.astype(np.float64), directions, axis=0)
+        open_share, struck, back = self._follow(origins, ways, thresholds(index, seed), trees=trees)
+        basis = spherical_harmonics.evaluate(ways).reshape(len(points), directions, spherical_harmonics.COUNT)
+        open_share = open_share.reshape(len(points), directions, self.settings.distance_count)
+        return SphereTally(
+            sh=(4.0 * math.pi / directions * np.einsum("ndc,ndk->nck", basis, open_share)).astype(np.float32),
+            directions=directions,
+            hits=struck.reshape(-1, directions).sum(1).astype(np.uint16),
+            back_faces=back.reshape(-1, directions).sum(1).astype(np.uint16),
+        )
 
     def nearest(self, origins: Float32Array, directions: Float32Array, t_max: float) -> Hits:
         """Closest hits; see `Tracer.nearest`."""
@@ -70,6 +78,35 @@ class TracerBrute(Tracer):
 
     def close(self) -> None:
         """Holds nothing that needs freeing."""
+
+    def _follow(
+        self, origins: Float64Array, directions: Float64Array, threshold: Float64Array, *, trees: bool
+    ) -> tuple[Float64Array, BoolArray, BoolArray]:
+        """Open share of each ray, shape (n, k); whether it met a face at all, and the back of a one-sided one, (n,)."""
+        blocked = np.zeros((len(origins), self.settings.distance_count))
+        end = np.full(len(origins), self.settings.trace_distance)
+        through, t_min = np.ones(len(origins)), np.zeros(len(origins))
+        met, back = np.zeros(len(origins), np.bool_), np.zeros(len(origins), np.bool_)
+        active = np.arange(len(origins))
+        for layer in range(geometry.MAX_LAYERS):
+            hits = self._closest(origins[active], directions[active], t_min[active], self.settings.trace_distance)
+            struck = hits.face >= 0
+            if layer == 0:
+                met, back = struck, struck & self._back_faces(hits)
+            active = active[struck]
+            distance = hits.distance[struck].astype(np.float64)
+            through[active] *= self._openness(hits, struck)
+            stopped = through[active] <= threshold[active]
+            if layer == geometry.MAX_LAYERS - 1:
+                stopped[:] = True
+            blocked[active[stopped]] = self._blocked_share(distance[stopped])
+            end[active[stopped]] = distance[stopped]
+            t_min[active] = distance * (1.0 + 4.0 * 2.0**-24) + 1e-7
+            active = active[~stopped]
+            if len(active) == 0:
+                break
+        depth = self._veil.depth(origins, directions, end, trees=trees)
+        return (1.0 - blocked) * np.exp(-depth)[:, None], met, back
 
     def _closest(self, origins: Float64Array, directions: Float64Array, t_min: Float64Array, t_max: float) -> Hits:
         parts = [
@@ -109,7 +146,7 @@ class TracerBrute(Tracer):
         normal = self._normal[best] if len(self._normal) else np.zeros((len(origins), 3))
         face = np.where(missed, -1, self._cast_face[best] if len(self._cast_face) else -1)
         cosine = np.einsum("ij,ij->i", normal, directions)
-        u, v = u[row, best], v[row, best]
+        u, v = np.where(missed, 0.0, u[row, best]), np.where(missed, 0.0, v[row, best])
         weights = np.stack([1.0 - u - v, u], axis=1)
         return t[row, best], face, np.where(missed, 0.0, cosine), np.where(missed[:, None], 0.0, weights)
 

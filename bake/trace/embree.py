@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bake.decorator_types import FogBoxes
 from bake.devices import worker_count
 from bake.settings import BakeSettings
 from bake.trace.embree_library import EmbreeScene
@@ -17,8 +18,8 @@ class TracerEmbree(TracerFused):
     name = "embree"
     device = "cpu"
 
-    def __init__(self, world: World, settings: BakeSettings) -> None:
-        super().__init__(world, settings, "cpu", worker_count())
+    def __init__(self, world: World, settings: BakeSettings, fog: FogBoxes | None = None) -> None:
+        super().__init__(world, settings, "cpu", worker_count(), fog)
         # About 50 ms of work for two threads at 4 million rays a second each.
         self.batch_size = max(64, (1 << 19) // settings.rays)
         self._embree = EmbreeScene(self.points, world.faces[self.cast_face].astype(np.uint32))

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bake.decorator_types import FogBoxes
 from bake.devices import initialised_warp
 from bake.errors import DeviceError, OutOfMemoryError
 from bake.geometry import as_traced
 from bake.settings import BakeSettings, Kernel
-from bake.trace.base import Hits, Tracer
-from bake.types import Float32Array, SampleSet, Tally, World
+from bake.trace.base import Hits, SphereTally, Tracer, check_directions
+from bake.trace.veil import DeviceVeil
+from bake.types import Float32Array, SampleSet, Tally, UInt32Array, World
 
 
 class TracerFused(Tracer):
@@ -29,12 +31,15 @@ class TracerFused(Tracer):
     entry: int = 0
     scene: int = 0
 
-    def __init__(self, world: World, settings: BakeSettings, warp_device: str, threads: int) -> None:
+    def __init__(
+        self, world: World, settings: BakeSettings, warp_device: str, threads: int, fog: FogBoxes | None
+    ) -> None:
         super().__init__(world, settings)
         self._warp = initialised_warp()
-        from bake.kernels import obscurance, surface
+        from bake.kernels import falloff, obscurance, sphere, surface
 
-        self._kernels, self._surface_module = obscurance, surface
+        self._kernels, self._sphere, self._falloff_module = obscurance, sphere, falloff
+        self._surface_module = surface
         self._warp_device = warp_device
         self._pool = ThreadPoolExecutor(threads, "tracer") if threads > 1 else None
         self._threads = threads
@@ -42,11 +47,13 @@ class TracerFused(Tracer):
         self.points = as_traced(world.positions)
         try:
             self._surface: Any = self._upload_surface()
+            self._veil: DeviceVeil | None = DeviceVeil(self._warp, warp_device, world, settings, fog, self.positions)
         except RuntimeError as error:
             raise _device_failure(error, warp_device) from error
+        self.fog_boxes, self.tree_triangles = self._veil.fog_boxes, self._veil.tree_triangles
         self._falloff = self._make_falloff()
         # Compiling takes seconds when the cache is cold, so it belongs to the preparation.
-        self._compile(obscurance.obscurance_kernel(self.name))
+        self._compile(self._obscurance_kernel())
         self._work: Any = None
         self._work_of: SampleSet | None = None
 
@@ -54,9 +61,9 @@ class TracerFused(Tracer):
         """Traces a batch; see `Tracer.accumulate`."""
         if self._work_of is not samples:
             self._work, self._work_of = self._upload_work(samples), samples
-        kernel = self._kernels.obscurance_kernel(self.name)
-        inputs = [self.entry, self.scene, self._surface, self._work, self._falloff]
-        self._launch(kernel, batch, inputs)
+        assert self._veil is not None
+        inputs = [self.entry, self.scene, self._surface, self._veil.argument, self._work, self._falloff]
+        self._launch(self._obscurance_kernel(), batch, inputs)
         tally.ao[batch] = self._download(self._work.ao, batch)
         tally.hits[batch] = self._download(self._work.hits, batch)
         tally.back_faces[batch] = self._download(self._work.back_faces, batch)
@@ -74,11 +81,49 @@ class TracerFused(Tracer):
         self._launch(self._kernels.nearest_kernel(self.name), slice(0, count), inputs)
         return Hits(distance.numpy(), face.numpy(), cosine.numpy(), weights.numpy())
 
+    def transmittance(self, origins: Float32Array, directions: Float32Array, distance: float) -> Float32Array:
+        """What fog and trees let through; see `Tracer.transmittance`."""
+        assert self._veil is not None
+        wp, count = self._warp, len(origins)
+        passes = self._empty(count, wp.float32)
+        inputs = [
+            self._surface, self._veil.argument, self._array(origins, wp.vec3), self._array(directions, wp.vec3),
+            distance, passes,
+        ]  # fmt: skip
+        kernel = self._kernels.transmittance_kernel(self.fog_boxes > 0, self.tree_triangles > 0)
+        self._launch(kernel, slice(0, count), inputs)
+        return passes.numpy()
+
+    def gather_sphere(
+        self, points: Float32Array, seeds: UInt32Array, directions: int, *, trees: bool = True
+    ) -> SphereTally:
+        """Spherical harmonics of what is open around points; see `Tracer.gather_sphere`."""
+        check_directions(directions)
+        wp, count, columns = self._warp, len(points), self.settings.distance_count
+        work = self._sphere.Points()
+        try:
+            work.position = self._array(points.astype(np.float32, copy=False), wp.vec3)
+            work.seed = self._array(seeds.astype(np.uint32, copy=False), wp.uint32)
+            work.directions = directions
+            work.sh = self._empty((count, 9, columns), wp.float32)
+            work.hits = self._empty(count, wp.uint16)
+            work.back_faces = self._empty(count, wp.uint16)
+        except RuntimeError as error:
+            raise _device_failure(error, self._warp_device) from error
+        assert self._veil is not None
+        kernel = self._sphere.sphere_kernel(self.name, self.fog_boxes > 0, self.tree_triangles > 0 and trees, columns)
+        inputs = [self.entry, self.scene, self._surface, self._veil.argument, work, self._falloff]
+        self._launch(kernel, slice(0, count), inputs)
+        return SphereTally(work.sh.numpy(), directions, work.hits.numpy(), work.back_faces.numpy())
+
     def close(self) -> None:
         """Frees device memory and threads."""
         if self._pool is not None:
             self._pool.shutdown()
-        self._surface = self._work = self._work_of = None
+        self._surface = self._veil = self._work = self._work_of = None
+
+    def _obscurance_kernel(self) -> Any:
+        return self._kernels.obscurance_kernel(self.name, self.fog_boxes > 0, self.tree_triangles > 0)
 
     def _launch(self, kernel: Any, batch: slice, inputs: list[Any]) -> None:
         """Runs a kernel whose last argument is the first index, over `batch`."""
@@ -167,11 +212,11 @@ class TracerFused(Tracer):
 
     def _make_falloff(self) -> Any:
         settings = self.settings
-        falloff = self._kernels.Falloff()
-        rates = np.zeros(self._kernels.MAX_DISTANCES, np.float32)  # rate 0: every hit counts in full
+        falloff = self._falloff_module.Falloff()
+        rates = np.zeros(self._falloff_module.MAX_DISTANCES, np.float32)  # rate 0: every hit counts in full
         if settings.kernel is Kernel.OBSCURANCE:
             rates[: len(settings.distances)] = -math.log(2.0) / np.asarray(settings.distances)
-        falloff.rates = self._kernels.vec8(*rates.tolist())
+        falloff.rates = self._falloff_module.vec8(*rates.tolist())
         falloff.count = settings.distance_count
         falloff.t_max = settings.trace_distance
         return falloff

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bake.decorator_types import FogBoxes
 from bake.devices import Device, worker_count
 from bake.errors import SceneError
 from bake.settings import BakeSettings
@@ -16,8 +17,8 @@ class TracerWarp(TracerFused):
 
     name = "warp"
 
-    def __init__(self, world: World, settings: BakeSettings, device: Device) -> None:
-        super().__init__(world, settings, device.alias, 1 if device.is_cuda else worker_count())
+    def __init__(self, world: World, settings: BakeSettings, device: Device, fog: FogBoxes | None = None) -> None:
+        super().__init__(world, settings, device.alias, 1 if device.is_cuda else worker_count(), fog)
         self.device = device.name if device.is_cuda else "cpu"
         self.batch_size = 1 << (18 if device.is_cuda else 11)
         if len(self.cast_face) == 0:

@@ -201,7 +201,9 @@ def test_display_choices_reach_the_picture(shown: Window) -> None:
     shown.actions_by_id["game"].trigger()
     assert document.display.game
     assert shown.panels.display.game.isChecked()
-    assert "5 bits" in shown.area.main.legend._note
+    scale = shown.area.main.legend.scale
+    assert scale is not None
+    assert "5 bits" in scale.note
     shown.actions_by_id["geometry"].trigger()
     assert document.shown() is None
     assert not shown.area.main.legend.isVisible()
@@ -220,7 +222,9 @@ def test_threshold_moves_without_tracing(shown: Window, qtbot: QtBot, baked: Bak
     expected = map_to_vertices(baked.world, baked.samples, baked.tally.ao, baked.tally.valid(0.6), settings)
     assert document.field is not None
     np.testing.assert_array_equal(document.field.ao, expected.ao)
-    assert "not stored" in shown.area.main.legend._note
+    scale = shown.area.main.legend.scale
+    assert scale is not None
+    assert "not stored" in scale.note
     filled = int((expected.state == VertexState.FILLED).sum())
     assert f"{filled:,} vertices filled" in panel._counts.text()
     shown.panels.overlays._keep.click()
@@ -419,7 +423,15 @@ def test_every_control_has_a_tooltip(window: Window) -> None:
     panels = window.panels
     silent = [
         f"{type(widget).__name__} {widget.text() if isinstance(widget, QAbstractButton) else widget.objectName()}"
-        for panel in (panels.bake, panels.display, panels.overlays, panels.probe, window.progress)
+        for panel in (
+            panels.bake,
+            panels.display,
+            panels.overlays,
+            panels.decorators,
+            panels.instances,
+            panels.probe,
+            window.progress,
+        )
         for kind in (QAbstractButton, QAbstractSlider, QAbstractSpinBox, QComboBox)
         for widget in panel.findChildren(kind)
         if not isinstance(widget, QScrollBar)

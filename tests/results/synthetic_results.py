@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bake.decorator_types import Decorators, FogBoxes, SmallScalars, TreeFits, TreeModel, TreeVolume
 from bake.settings import BakeSettings
 from bake.types import (
     BakeResult,
@@ -102,6 +103,46 @@ def build_result(
     )
 
 
+def build_decorators(
+    result: BakeResult, *, seed: int = 1, trees: tuple[int, ...] = (0,), model_sizes: tuple[int, ...] = (5,)
+) -> Decorators:
+    """All parts, with random values: trees are the named objects, shrubs and small ones the last object."""
+    random = np.random.default_rng(seed)
+    k, last = result.settings.distance_count, result.world.object_count - 1
+
+    def floats(*shape: int) -> np.ndarray:
+        return random.random(shape).astype(np.float32)
+
+    count = len(trees)
+    brick = np.full((1, 9, 9, 9), -1, np.int32)
+    brick[0, :2, :2, :2] = np.arange(8).reshape(2, 2, 2)
+    return Decorators(
+        fog=FogBoxes(np.int32([last]), floats(1, 3), 1 + floats(1, 3), np.float32([0.8]), np.float32([0.5])),
+        volume=TreeVolume(
+            origin=random.random(3),
+            spacing=0.75,
+            top=np.int32([[[0, -1]]]),
+            brick_voxels=brick,
+            voxel=np.indices((2, 2, 2)).reshape(3, 8).T.astype(np.int32),
+            sh=floats(8, 9, k),
+            valid=np.uint8([1, 1, 1, 0, 1, 1, 1, 1]),
+        ),
+        models=tuple(TreeModel(mesh, floats(size, k)) for mesh, size in enumerate(model_sizes)),
+        fits=TreeFits(
+            object=np.int32(trees),
+            model=np.arange(count, dtype=np.int32) % len(model_sizes),
+            centre=random.random((count, 3)),
+            coefficients=floats(count, 4, k),
+            rmse_global=floats(count, k),
+            rmse_product=floats(count, k),
+            rmse_volume=floats(count, k),
+            terms=np.full((count, k), 4, np.uint8),
+        ),
+        shrub_scalars=SmallScalars(np.int32([last]), floats(1, k), np.array([True])),
+        small_scalars=SmallScalars(np.int32([last]), floats(1, k), np.array([False])),
+    )
+
+
 def same_results(a: BakeResult, b: BakeResult) -> bool:
     """Whether two results are equal, every array bit by bit."""
 
@@ -110,7 +151,7 @@ def same_results(a: BakeResult, b: BakeResult) -> bool:
             return (
                 isinstance(y, np.ndarray) and x.dtype == y.dtype and x.shape == y.shape and x.tobytes() == y.tobytes()
             )
-        if isinstance(x, tuple) and isinstance(y, tuple) and x and isinstance(x[0], np.ndarray):
+        if isinstance(x, tuple) and isinstance(y, tuple) and x and isinstance(x[0], np.ndarray | TreeModel):
             return len(x) == len(y) and all(map(same, x, y))
         if hasattr(x, "__slots__") and type(x) is type(y) and not isinstance(x, Path):
             return all(same(getattr(x, name), getattr(y, name)) for name in x.__slots__)

@@ -12,9 +12,11 @@ import pytest
 from numpy.typing import NDArray
 from synthetic_results import build_result, same_results
 
+from bake.decorator_types import Decorators, FogBoxes, SmallScalars, TreeFits, TreeVolume
 from bake.errors import ResultError, StorageError
 from bake.results import check_destination, is_current, load_result, save_result
 from bake.results.arrays import SPECS
+from bake.results.parts import StoredModels
 from bake.settings import BakeSettings
 from bake.types import BakeResult, SampleSet, Tally, VertexField, World
 
@@ -33,7 +35,11 @@ def test_round_trip(tmp_path: Path, textures: bool) -> None:
 def test_every_array_is_stored() -> None:
     """An array field added to the shared types must get its place in the store."""
     stored = {spec.name for spec in SPECS}
-    for owner, kind in {"world": World, "samples": SampleSet, "tally": Tally, "field": VertexField}.items():
+    owners = {"world": World, "samples": SampleSet, "tally": Tally, "field": VertexField}
+    decorators = {"fog": FogBoxes, "volume": TreeVolume, "models": StoredModels, "fits": TreeFits}
+    scalars = {"shrub_scalars": SmallScalars, "small_scalars": SmallScalars}
+    assert {item.name for item in dataclasses.fields(Decorators)} == {*decorators, *scalars}
+    for owner, kind in {**owners, **decorators, **scalars}.items():
         for name, hint in typing.get_type_hints(kind).items():
             parts = typing.get_args(hint) if type(None) in typing.get_args(hint) else (hint,)
             if any(typing.get_origin(part) is typing.get_origin(NDArray[np.float64]) for part in parts):
@@ -91,7 +97,7 @@ def test_the_manifest_is_the_contract(tmp_path: Path, result: BakeResult) -> Non
     """The manifest says what other tools rely on, in strict JSON."""
     save_result(result, tmp_path)
     manifest = json.loads((tmp_path / "manifest.json").read_text(), parse_constant=lambda text: pytest.fail(text))
-    assert manifest["schema"] == 1
+    assert manifest["schema"] == 2
     assert manifest["scene"] == {"path": "/levels/yard.glb", "files": {"yard.glb": "ab" * 32}}
     assert manifest["settings"]["distances"] == [2.0, 300.0]
     assert (manifest["seed"], manifest["device"], manifest["tracer"]) == (1, "cpu", "embree")
@@ -153,7 +159,7 @@ def test_another_schema_version_is_named(tmp_path: Path, result: BakeResult) -> 
     """A result of a later program is not guessed at."""
     save_result(result, tmp_path)
     path = tmp_path / "manifest.json"
-    path.write_text(path.read_text().replace('"schema": 1', '"schema": 99'))
+    path.write_text(path.read_text().replace('"schema": 2', '"schema": 99'))
     with pytest.raises(ResultError, match="schema version 99"):
         load_result(tmp_path)
 

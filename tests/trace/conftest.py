@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
+from bake.decorator_types import FogBoxes
 from bake.devices import Device, cuda_devices
 from bake.samples import place_samples
 from bake.settings import BakeSettings, TracerKind
@@ -21,7 +22,7 @@ BODIES: dict[str, tuple[TracerKind, str]] = {
 }
 
 
-def open_tracer(body: str, world: World, settings: BakeSettings) -> Tracer:
+def open_tracer(body: str, world: World, settings: BakeSettings, *, fog: FogBoxes | None = None) -> Tracer:
     """A tracer by the name of its body; skips the test where the machine lacks it."""
     kind, alias = BODIES[body]
     if kind is TracerKind.EMBREE:
@@ -32,14 +33,16 @@ def open_tracer(body: str, world: World, settings: BakeSettings) -> Tracer:
         if not found:
             pytest.skip("no CUDA device")
         device = found[0]
-    return create_tracer(world, settings.replaced(tracer=kind), device)
+    return create_tracer(world, settings.replaced(tracer=kind), device, fog=fog)
 
 
-def trace_all(body: str, world: World, settings: BakeSettings) -> tuple[SampleSet, Tally]:
+def trace_all(
+    body: str, world: World, settings: BakeSettings, *, fog: FogBoxes | None = None
+) -> tuple[SampleSet, Tally]:
     """Samples of a world and what their rays found."""
     samples = place_samples(world, settings)
     tally = Tally.empty(len(samples), settings.distance_count)
-    with open_tracer(body, world, settings) as tracer:
+    with open_tracer(body, world, settings, fog=fog) as tracer:
         for batch in samples.batches(tracer.batch_size):
             tracer.accumulate(samples, batch, tally)
     return samples, tally

@@ -1,0 +1,1 @@
+"""Trees, shrubs, small decorators and lower LODs: everything besides opaque surfaces."""

@@ -1,0 +1,181 @@
+"""The stages that trees add to a bake: volume, local AO, fit."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from bake.decorator_types import TreeFits, TreeModel, TreeVolume
+from bake.decorators.local_ao import StagesLent, bake_alone, representatives, seen_by_volume, trees_by_mesh
+from bake.decorators.tracing import TreeTracer
+from bake.decorators.tree_fitter import FittedTrees, MeshFitter
+from bake.decorators.volume import trace_volume, tree_boxes
+from bake.decorators.volume_grid import build_grid
+from bake.settings import BakeSettings
+from bake.stages import StageClock
+from bake.types import Finding, Progress, Scene, World
+
+_T = TypeVar("_T")
+_LONG_GROUP = 64  # trees fitted between two signs of life
+
+
+@dataclass(frozen=True, slots=True)
+class BakedTrees:
+    """What the bake makes of trees.
+
+    Attributes:
+        volume, models, fits: As stored.
+        findings: What the user should know.
+    """
+
+    volume: TreeVolume
+    models: tuple[TreeModel, ...]
+    fits: TreeFits
+    findings: tuple[Finding, ...]
+
+
+def bake_trees(
+    scene: Scene, world: World, settings: BakeSettings, tracer: TreeTracer, stages: StagesLent, clock: StageClock
+) -> Generator[Progress, None, BakedTrees | None]:
+    """Bakes all trees of a scene: volume, local AO a mesh, global AO a tree (Sloan et al. 2013, section 2.2).
+
+    Args:
+        scene, world: The level; object i of one is object i of the other.
+        settings: Those of the bake.
+        tracer: Of the whole world, open.
+        stages: What baking a tree alone needs.
+        clock: Gets the rows "tree volume", "trees" (each mesh alone) and "fit trees".
+
+    Returns:
+        None if there are no trees, or none with faces, or the settings skip them; the row "trees" says so.
+    """
+    groups = trees_by_mesh(scene, world)
+    if "trees" in settings.skip or not groups:
+        clock.skipped("trees", "asked for by --skip" if "trees" in settings.skip else "no trees in the scene")
+        return None
+    findings: list[Finding] = []
+    volume = yield from _volume(scene, world, groups, settings, tracer, clock, findings)
+    fitters = yield from _local(scene, world, groups, volume.spacing, settings, stages, clock)
+    begin = time.perf_counter()
+    fitted: list[FittedTrees] = []
+    for fitter in fitters:
+        if settings.refine_local:
+            yield Progress("fit trees", len(fitted), 0, _since(begin))
+            fitted.append(fitter.refined(volume, tracer))
+            findings.append(_saved(fitter.mesh.name, fitted[-1]))
+            continue
+        parts: list[FittedTrees] = []
+        for first in range(0, len(fitter.trees), _LONG_GROUP):
+            yield Progress("fit trees", first, len(fitter.trees), _since(begin))
+            parts.append(fitter.fitted(volume, tracer, slice(first, first + _LONG_GROUP)))
+        fitted.append(FittedTrees.joined(parts))
+    fits = _fits(groups, fitted)
+    clock.ran("fit trees", f"{len(fits.object):,} trees, {4 * fits.terms.shape[1]} numbers each", _since(begin))
+    return BakedTrees(volume, tuple(item.model for item in fitted), fits, tuple(findings))
+
+
+def _volume(
+    scene: Scene,
+    world: World,
+    groups: Mapping[int, Sequence[int]],
+    settings: BakeSettings,
+    tracer: TreeTracer,
+    clock: StageClock,
+    findings: list[Finding],
+) -> Generator[Progress, None, TreeVolume]:
+    begin, directions = time.perf_counter(), settings.volume_directions
+    trees = np.sort(np.concatenate([np.array(group, np.int64) for group in groups.values()]))
+    low, high = tree_boxes(world.positions, world.faces, world.first_face, trees)
+    grid = build_grid(low, high, settings.volume_spacing, world.origin)
+    where = scene.path.name
+    if grid.spacing > settings.volume_spacing:
+        detail = f"the tree volume would need too many voxels, so its spacing is {grid.spacing:.3g} m"
+        findings.append(Finding(where, "tree-volume-coarsened", len(grid.voxel), detail))
+    total = len(grid.voxel) * directions
+    work = trace_volume(
+        grid, tracer, directions=directions, back_face_threshold=settings.back_face_threshold, seed=settings.seed
+    )
+    while True:
+        try:
+            done = next(work) * directions
+        except StopIteration as stop:
+            volume, lost = stop.value
+            break
+        yield Progress("tree volume", done, total, _since(begin), done / _since(begin))
+    if lost:
+        detail = f"{lost:,} voxels lie in trees that are buried whole; they count as open"
+        findings.append(Finding(where, "tree-volume-buried", lost, detail))
+    filled = int((volume.valid == 0).sum())
+    why = f"{len(grid.voxel):,} voxels, {filled:,} filled, {volume.memory_bytes / 2**20:.1f} MB"
+    clock.ran("tree volume", why, _since(begin), total)
+    return volume
+
+
+def _local(
+    scene: Scene,
+    world: World,
+    groups: Mapping[int, Sequence[int]],
+    spacing: float,
+    settings: BakeSettings,
+    stages: StagesLent,
+    clock: StageClock,
+) -> Generator[Progress, None, list[MeshFitter]]:
+    """Bakes each mesh alone, as a surface and, where it is to be compared with the volume, as a volume."""
+    begin, rays = time.perf_counter(), 0
+    fitters: list[MeshFitter] = []
+
+    def run(work: Generator[int, None, _T]) -> Generator[Progress, None, _T]:
+        nonlocal rays
+        while True:
+            try:
+                rays += next(work)
+            except StopIteration as stop:
+                return stop.value
+            yield Progress("trees", rays, 0, _since(begin), rays / _since(begin))
+
+    for mesh, trees in groups.items():
+        model = yield from run(bake_alone(scene, mesh, [scene.objects[i] for i in trees], settings, stages))
+        fitter = MeshFitter(scene.meshes[mesh], world, model, trees, settings)
+        if not settings.refine_local:
+            for number in np.array(trees)[representatives(len(trees))]:
+                number = int(number)
+                fitter.seen[number] = yield from run(
+                    seen_by_volume(world, number, fitter.placed(number), spacing, settings, stages)
+                )
+        fitters.append(fitter)
+    clock.ran("trees", f"{len(fitters)} baked alone", _since(begin), rays)
+    return fitters
+
+
+def _fits(groups: Mapping[int, Sequence[int]], fitted: Sequence[FittedTrees]) -> TreeFits:
+    """All trees in scene order."""
+    numbers = np.concatenate([np.array(group, np.int32) for group in groups.values()])
+    order = np.argsort(numbers)
+    fits = [fit for item in fitted for fit in item.fits]
+    errors = np.concatenate([item.rmse for item in fitted]).astype(np.float32)[order]
+    return TreeFits(
+        object=numbers[order],
+        model=np.repeat(np.arange(len(fitted), dtype=np.int32), [len(item.fits) for item in fitted])[order],
+        centre=np.concatenate([item.centre for item in fitted])[order],
+        coefficients=np.array([fit.coefficients for fit in fits], np.float32)[order],
+        rmse_global=errors[:, 0],
+        rmse_product=errors[:, 1],
+        terms=np.array([fit.terms for fit in fits], np.uint8)[order],
+        rmse_volume=errors[:, 2],
+    )
+
+
+def _saved(name: str, item: FittedTrees) -> Finding:
+    assert item.rmse_unrefined is not None
+    before, after = item.rmse_unrefined.mean(axis=0), item.rmse[:, 1].mean(axis=0)
+    columns = ", ".join(f"{a:.4f} to {b:.4f}" for a, b in zip(before, after, strict=True))
+    detail = f"refining local AO takes the mean error of {len(item.fits)} trees from {columns} (one pair a distance)"
+    return Finding(name, "local-ao-refined", len(item.fits), detail, "info")
+
+
+def _since(begin: float) -> float:
+    return max(time.perf_counter() - begin, 1e-9)

@@ -1,0 +1,201 @@
+"""What dims a ray without stopping it: boxes of fog and the leaves of trees, as one optical depth.
+
+Walks of our own, the same on CPU and CUDA: Warp's queries keep their stack in one place, so that two of them in a
+kernel overwrite each other, and its box query multiplies zero by infinity on rays along a face.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from bake import geometry
+
+wp.set_module_options({"enable_backward": False, "fast_math": False})
+
+MAX_DEPTH = wp.constant(geometry.MAX_OPTICAL_DEPTH)
+
+
+@wp.struct
+class Veil:
+    """Fog boxes and tree triangles; a kernel made for a scene without one of them never looks at its fields.
+
+    `bounds` and `child` are those of `bake/trace/wide_bvh.py`, `density` is in their order, eight a leaf. `trees` is
+    the id of a `wp.Mesh`, and the arrays below it are per triangle: `tree_depth` is the optical depth of a crossing,
+    `tree_transmission` what a closed leaf lets through.
+    """
+
+    bounds: wp.array(dtype=wp.float32)
+    child: wp.array(dtype=wp.int32)
+    density: wp.array(dtype=wp.float32)
+    trees: wp.uint64
+    tree_depth: wp.array(dtype=wp.float32)
+    # Openness maps of leaves; `tree_texture` is empty without look-up at the hit:
+    tree_transmission: wp.array(dtype=wp.float32)
+    tree_texture: wp.array(dtype=wp.int32)
+
+
+# Along an axis that the ray does not move on, the tiny positive step puts the origin inside [low, high): two boxes that
+# share a face count once for a ray within it, and a box without thickness never counts. No zero ever meets an infinity.
+_FOG = """
+    using namespace wp;
+    const float tiny = 1e-20f;
+    const float rx = 1.0f / (wp::abs(d[0]) < tiny ? tiny : d[0]);
+    const float ry = 1.0f / (wp::abs(d[1]) < tiny ? tiny : d[1]);
+    const float rz = 1.0f / (wp::abs(d[2]) < tiny ? tiny : d[2]);
+    const float ox = o[0], oy = o[1], oz = o[2];
+    float depth = 0.0f;
+    int stack[96];
+    int size = 0;
+    stack[size++] = 0;
+    while (size > 0) {
+        const int node = stack[--size];
+        const float* box = bounds.data + 48 * node;
+        float length[8];
+        for (int c = 0; c < 8; ++c) {
+            const float x0 = (box[c] - ox) * rx, x1 = (box[24 + c] - ox) * rx;
+            const float y0 = (box[8 + c] - oy) * ry, y1 = (box[32 + c] - oy) * ry;
+            const float z0 = (box[16 + c] - oz) * rz, z1 = (box[40 + c] - oz) * rz;
+            float enter = x0 < x1 ? x0 : x1;
+            float leave = x0 < x1 ? x1 : x0;
+            const float enter_y = y0 < y1 ? y0 : y1, leave_y = y0 < y1 ? y1 : y0;
+            const float enter_z = z0 < z1 ? z0 : z1, leave_z = z0 < z1 ? z1 : z0;
+            enter = enter > enter_y ? enter : enter_y;
+            enter = enter > enter_z ? enter : enter_z;
+            enter = enter > 0.0f ? enter : 0.0f;
+            leave = leave < leave_y ? leave : leave_y;
+            leave = leave < leave_z ? leave : leave_z;
+            leave = leave < t_max ? leave : t_max;
+            const float inside = leave - enter;
+            length[c] = inside > 0.0f ? inside : 0.0f;
+        }
+        const int first = child.data[node];
+        if (first < 0) {
+            const float* held = density.data + (-1 - first);
+            float sum = 0.0f;
+            for (int c = 0; c < 8; ++c) sum += held[c] * length[c];
+            depth += sum;
+            if (depth >= limit) return limit;
+        } else {
+            for (int c = 0; c < 8; ++c) {
+                stack[size] = first + c;
+                size += length[c] > 0.0f ? 1 : 0;
+            }
+        }
+    }
+    return depth;
+"""
+
+
+@wp.func_native(_FOG)
+def _fog_depth(
+    bounds: wp.array(dtype=wp.float32),
+    child: wp.array(dtype=wp.int32),
+    density: wp.array(dtype=wp.float32),
+    o: wp.vec3,
+    d: wp.vec3,
+    t_max: wp.float32,
+    limit: wp.float32,
+) -> wp.float32: ...
+
+
+# As the closest-hit walk over Warp's BVH, but every triangle counts and none ends the ray.
+_TREES = """
+    using namespace wp;
+    const Mesh& mesh = *(const Mesh*)trees;
+    const float tiny = 1e-20f;
+    const float rx = 1.0f / (wp::abs(d[0]) < tiny ? tiny : d[0]);
+    const float ry = 1.0f / (wp::abs(d[1]) < tiny ? tiny : d[1]);
+    const float rz = 1.0f / (wp::abs(d[2]) < tiny ? tiny : d[2]);
+    const float ox = o[0], oy = o[1], oz = o[2];
+    float depth = 0.0f;
+    int stack[64];
+    int size = 0;
+    stack[size++] = *mesh.bvh.root;
+    while (size > 0) {
+        const int node = stack[--size];
+        const BVHPackedNodeHalf lo = bvh_load_node(mesh.bvh.node_lowers, node);
+        const BVHPackedNodeHalf hi = bvh_load_node(mesh.bvh.node_uppers, node);
+        const float x0 = (lo.x - ox) * rx, x1 = (hi.x - ox) * rx;
+        const float y0 = (lo.y - oy) * ry, y1 = (hi.y - oy) * ry;
+        const float z0 = (lo.z - oz) * rz, z1 = (hi.z - oz) * rz;
+        const float near_t = wp::max(wp::max(wp::min(x0, x1), wp::min(y0, y1)), wp::max(wp::min(z0, z1), 0.0f));
+        const float far_t = wp::min(wp::min(wp::max(x0, x1), wp::max(y0, y1)), wp::min(wp::max(z0, z1), t_max));
+        if (near_t * 0.9999996f > far_t * 1.0000004f + 1e-30f) continue;
+        if (!lo.b) {
+            stack[size++] = lo.i;
+            stack[size++] = hi.i;
+            continue;
+        }
+        for (int k = lo.i; k < hi.i; ++k) {
+            const int face = mesh.bvh.primitive_indices[k];
+            const int i = mesh.indices[3 * face], j = mesh.indices[3 * face + 1], l = mesh.indices[3 * face + 2];
+            float t, u, v, sign;
+            if (!intersect_ray_tri_woop(o, d, mesh.points[i], mesh.points[j], mesh.points[l], t, u, v, sign, (vec3*)0)
+                || t < 0.0f || t > t_max) continue;
+            float crossing = tree_depth.data[face];
+            if (tree_texture.shape[0] > 0 && tree_texture.data[face] >= 0) {
+                const int texture = tree_texture.data[face];
+                const vec2 at = u * uvs.data[i] + v * uvs.data[j] + (1.0f - u - v) * uvs.data[l];
+                const int width = texture_width.data[texture], height = texture_height.data[texture];
+                const int x = wp::min((int)((at[0] - wp::floor(at[0])) * width), width - 1);
+                const int y = wp::min((int)((at[1] - wp::floor(at[1])) * height), height - 1);
+                const float open = texels.data[texture_first.data[texture] + (int64)y * width + x];
+                const float passes = open + (1.0f - open) * tree_transmission.data[face];
+                crossing = passes > 0.0f ? -wp::log(passes) : limit;
+            }
+            depth += crossing;
+        }
+        if (depth >= limit) return limit;
+    }
+    return depth;
+"""
+
+
+@wp.func_native(_TREES)
+def crossed_depth(
+    trees: wp.uint64,
+    tree_depth: wp.array(dtype=wp.float32),
+    tree_transmission: wp.array(dtype=wp.float32),
+    tree_texture: wp.array(dtype=wp.int32),
+    uvs: wp.array(dtype=wp.vec2),
+    texture_first: wp.array(dtype=wp.int64),
+    texture_width: wp.array(dtype=wp.int32),
+    texture_height: wp.array(dtype=wp.int32),
+    texels: wp.array(dtype=wp.float32),
+    o: wp.vec3,
+    d: wp.vec3,
+    t_max: wp.float32,
+    limit: wp.float32,
+) -> wp.float32: ...
+
+
+def dimmer(fog: bool, trees: bool) -> Any:
+    """The device function that says what share of light passes along a ray up to a distance, by fog, trees or both."""
+
+    @wp.func
+    def dimmed(veil: Veil, surface: Any, origin: wp.vec3, direction: wp.vec3, distance: wp.float32) -> wp.float32:
+        depth = wp.float32(0.0)
+        if fog:
+            depth += _fog_depth(veil.bounds, veil.child, veil.density, origin, direction, distance, MAX_DEPTH)
+        if trees:  # noqa: SIM102  # decided when compiling, the inner one when running
+            if depth < MAX_DEPTH:
+                depth += crossed_depth(
+                    veil.trees,
+                    veil.tree_depth,
+                    veil.tree_transmission,
+                    veil.tree_texture,
+                    surface.uvs,
+                    surface.texture_first,
+                    surface.texture_width,
+                    surface.texture_height,
+                    surface.texels,
+                    origin,
+                    direction,
+                    distance,
+                    MAX_DEPTH,
+                )
+        return wp.exp(-wp.min(depth, MAX_DEPTH))
+
+    return dimmed

@@ -1,0 +1,167 @@
+"""The window over a result with decorators: panel, marks, tables, comparison; and their absence without any."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+from decorated_level import with_decorators
+from PyQt6.QtCore import Qt
+from pytestqt.qtbot import QtBot
+
+from app.window import Window
+from bake.types import BakeResult
+from viewer.decorated import DecoratedValues
+from viewer.decorator_view import ALL_LAYERS, FogColor, TreeShading, VoxelColor
+from viewer.fields import Quantity
+
+pytestmark = pytest.mark.gui
+
+
+@pytest.fixture
+def planted(window: Window, baked: BakeResult, qtbot: QtBot) -> Window:
+    """A window over the small level with decorators."""
+    window.document.open_scene(Path("small.obj"), Path("result"), {}, (), 1)
+    window.document.set_result(with_decorators(baked), Path("result"))
+    window.picker.finish()
+    window.show_panel("Decorators")
+    return window
+
+
+def _tree(window: Window) -> int:
+    values = window.document.values
+    assert values is not None
+    assert values.decorators.fits is not None
+    return int(values.decorators.fits.object[0])
+
+
+def test_nothing_is_offered_without_decorators(shown: Window) -> None:
+    """A result without decorators has no groups and no tables."""
+    panel = shown.panels.decorators
+    assert not any(group.isVisibleTo(panel) for group in panel._groups)
+    assert panel._none.isVisibleTo(panel)
+    assert shown.panels.instances.view.proxy.rowCount() == 0
+    assert not shown.panels.instances._kind.isEnabled()
+
+
+def test_trees_are_coloured_by_the_chosen_model(planted: Window) -> None:
+    """The picture has the model's values at the tree's vertices, and the legend names it."""
+    document, surface = planted.document, planted.area.main._surface
+    assert surface is not None
+    assert document.result is not None
+    values = DecoratedValues(document.result)
+    document.set_display(document.display.replaced(quantity=Quantity.DISTANCE, column=0))
+    index = _tree(planted)
+    span = slice(int(document.result.world.first_vertex[index]), int(document.result.world.first_vertex[index + 1]))
+    combo = planted.panels.decorators.trees
+    for shading in (TreeShading.PRODUCT, TreeShading.GOLD, TreeShading.LOCAL, TreeShading.LINEAR):
+        combo.setCurrentIndex(combo.findData(shading))
+        expected = np.floor(np.clip(values.tree(0, shading)[:, 0], 0, 1) * 255 + 0.5).astype(np.uint8)
+        np.testing.assert_array_equal(surface.colors[span, 0], expected)
+        scale = planted.area.main.legend.scale
+        assert scale is not None
+        assert "trees: " in scale.note
+    combo.setCurrentIndex(combo.findData(TreeShading.NONE))
+    assert len(np.unique(surface.colors[span, 2])) > 0
+    assert document.drawn(document.result.field).ao[span].size
+    assert np.isnan(document.drawn(document.result.field).ao[span]).all()
+
+
+def test_marks_come_with_their_legend(planted: Window) -> None:
+    """Fog, bricks, voxels and slices appear on choice, each with its scale, and go again."""
+    panel, main = planted.panels.decorators, planted.area.main
+    panel.fog.setCurrentIndex(panel.fog.findData(FogColor.LOST))
+    assert main._shapes["fog edges"].actor.GetVisibility()
+    scale = main._scales["fog"].scale
+    assert scale is not None
+    assert scale.unit == "%"
+    panel.fog.setCurrentIndex(panel.fog.findData(None))
+    assert not main._shapes["fog edges"].actor.GetVisibility()
+    assert not main._scales["fog"].isVisible()
+    volume = panel.volume
+    volume.bricks.setChecked(True)
+    volume.voxels.setCurrentIndex(volume.voxels.findData(VoxelColor.AO))
+    assert main._shapes["bricks"].actor.GetVisibility()
+    assert main._points["voxels"].actor.GetVisibility()
+    volume.slice.setChecked(True)
+    assert planted.document.decorators.layer != ALL_LAYERS
+    assert not main._points["voxels"].actor.GetVisibility()
+    assert main._shapes["slice"].actor.GetVisibility()
+    volume.layer.setValue(0)
+    assert planted.document.decorators.layer == int(volume._layers[0])
+    assert volume._height.text().endswith(" m")
+
+
+def test_clicked_voxel_shows_its_harmonics(planted: Window) -> None:
+    """A click on a voxel draws its sphere and lists its values; it can be forgotten."""
+    main, volume = planted.area.main, planted.panels.decorators.volume
+    volume.voxels.setCurrentIndex(volume.voxels.findData(VoxelColor.VALIDITY))
+    voxels = planted.presenter.decorators._voxels
+    assert voxels is not None
+    top = int(np.argmax(voxels.positions[:, 1]))
+    main.ray_clicked.emit(voxels.positions[top] + np.array([0.0, 3.0, 0.0]), np.array([0.0, -1.0, 0.0]), None)
+    assert planted.document.decorators.voxel == top
+    assert main._shapes["glyph"].actor.GetVisibility()
+    assert f"Voxel {top:,}" in volume._voxel.text()
+    volume._forget.click()
+    assert not main._shapes["glyph"].actor.GetVisibility()
+
+
+def test_table_selects_and_lists_errors(planted: Window) -> None:
+    """The table of trees has a row each; choosing one selects the tree."""
+    planted.panels.decorators.table_requested.emit("Trees")
+    table = planted.panels.instances
+    assert table.view.proxy.rowCount() == 2
+    table.view.selectRow(0)
+    world = planted.document.world
+    assert world is not None
+    assert world.object_paths[planted.document.selected] == "Buried"
+    table.set_kind("Fog boxes")
+    assert table.view.proxy.rowCount() == 2
+    table.view.selectRow(0)
+    assert world.object_paths[planted.document.selected] == "Flipped"
+
+
+def test_three_models_side_by_side(planted: Window) -> None:
+    """The selected tree is drawn three times with the error of each model; it closes without a trace."""
+    planted.document.select(_tree(planted))
+    planted.panels.decorators._models.click()
+    trees = planted.area.trees
+    assert trees is not None
+    assert len(trees._surfaces) == 3
+    assert "0.2000" in trees.captions[0].text()
+    assert "0.1000" in trees.captions[1].text()
+    assert "Crate" in trees._title.text()
+    gold = trees._surfaces[2].colors
+    assert len(np.unique(gold, axis=0)) == 1
+    planted.actions_by_id["tree-models"].trigger()
+    assert planted.area.trees is None
+
+
+def test_levels_and_ticks_agree(planted: Window) -> None:
+    """Choosing a level changes what is drawn and the ticks of the list; ticking one oneself shows as such."""
+    panel, document = planted.panels.decorators, planted.document
+    world = document.world
+    assert world is not None
+    ground, room = world.object_paths.index("Ground"), world.object_paths.index("Room")
+    assert panel.level.currentText() == "Finest"
+    panel.level.setCurrentIndex(1)
+    panel.level.activated.emit(1)
+    assert (bool(document.visible[ground]), bool(document.visible[room])) == (False, True)
+    assert planted.panels.outliner.item_of(room).checkState(0) is Qt.CheckState.Checked
+    document.set_visible(np.ones(world.object_count, bool))
+    assert panel.level.currentText() == "As ticked in Objects"
+
+
+def test_values_survive_another_threshold(planted: Window) -> None:
+    """Trees and lower LODs keep their values while the threshold is moved."""
+    document = planted.document
+    assert document.result is not None
+    field = document.result.field
+    document.set_field(dataclasses.replace(field, ao=np.array(field.ao)))
+    assert document.field is not None
+    index = _tree(planted)
+    begin = int(document.result.world.first_vertex[index])
+    assert np.isfinite(document.drawn(document.field).ao[begin]).all()
