@@ -52,7 +52,7 @@ class TreeCompare(QWidget):
         close = QPushButton("Close")
         close.setToolTip("Close the comparison (M)")
         close.clicked.connect(self.close_requested)
-        self.captions = [QLabel(alignment=Qt.AlignmentFlag.AlignHCenter) for _ in MODELS]
+        self.captions = [QLabel() for _ in MODELS]
         self.view = GLView(self)
         self.view.setToolTip("The same camera for all three: drag to orbit, wheel to zoom")
         self._renderers = self._build_renderers()
@@ -64,6 +64,7 @@ class TreeCompare(QWidget):
         top.addWidget(self._title, 1)
         top.addWidget(close)
         for caption in self.captions:
+            caption.setAlignment(Qt.AlignmentFlag.AlignHCenter)
             caption.setWordWrap(True)
             caption.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
             caption.setToolTip("RMSE over the tree's surface against the signal traced on it, as stored in the result")

@@ -106,11 +106,10 @@ class VolumeGroup(QGroupBox):
         if has_voxel and world is not None:
             title = voxel_title(volume, view.voxel, np.asarray(world.origin))
             rows = [
-                [label, *(f"{value:.2f}" for value in row)]
-                for label, row in zip(labels, voxel_table(volume, view.voxel), strict=True)
+                [text, *(f"{value:.3f}" for value in column)]
+                for (text, _), column in zip(DIRECTIONS, voxel_table(volume, view.voxel).T, strict=True)
             ]
-            ways = [text.replace("all (mean)", "mean") for text, _ in DIRECTIONS]
-            self._voxel.setText(f"{title}{small_table(['', *ways], rows)}")
+            self._voxel.setText(title + small_table(["facing", *(f"at {label}" for label in labels)], rows))
         else:
             self._voxel.setText("Click on a voxel, or on a tree, to see a voxel's harmonics.")
 

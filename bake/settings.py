@@ -242,9 +242,9 @@ class BakeSettings:
         False, "Refine local AO", "Fit each tree's local AO to all its instances instead of baking it alone"
     )
     fog_density: float = _setting(
-        0.7,
+        0.35,
         "Fog density",
-        "How fast shrubs dim what lies behind them, unless they say so themselves: 0.7 leaves half after a metre",
+        "How fast shrubs dim what lies behind them, unless they say so themselves: 0.35 leaves half after two metres",
         unit="1/m",
         low=0.0,
         high=1000.0,

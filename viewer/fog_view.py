@@ -41,7 +41,7 @@ def fog_scale(fog: FogBoxes, color: FogColor) -> Scale:
 def fog_colors(fog: FogBoxes, color: FogColor) -> UInt8Array:
     """A colour a box, shape (b, 3)."""
     scale = fog_scale(fog, color)
-    return scale.color_map.colors(fog_values(fog, color), scale.low, scale.high)
+    return WARNING.colors(fog_values(fog, color), scale.low, scale.high)
 
 
 def box_corners(low: Float32Array | Float64Array, high: Float32Array | Float64Array) -> Float32Array:

@@ -65,11 +65,11 @@ def _trees(result: BakeResult) -> list[Column]:
         label = distance_label(metres)
         tip = f"RMSE against the signal traced on the tree at {label}"
         for name, errors, what in (
-            ("Global only", fits.rmse_global, "of the best linear function alone"),
-            ("Local × global", fits.rmse_product, "of the stored model"),
+            ("Global", fits.rmse_global, "of the best linear function alone"),
+            ("Product", fits.rmse_product, "of local × global, which is stored"),
             ("Volume", fits.rmse_volume, "of the volume that the model was fitted to"),
         ):
-            columns.append(_numbers(f"{name}, {label}", errors[:, number], "{:.4f}", f"{tip}, {what}"))
+            columns.append(_numbers(f"{name} {label}", errors[:, number], "{:.4f}", f"{tip}, {what}"))
     terms = fits.terms.min(axis=1)
     columns.append(_numbers("Terms", terms, "{:.0f} of 4", "How many numbers of the fit the tree's shape determined"))
     return columns

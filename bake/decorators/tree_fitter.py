@@ -56,6 +56,7 @@ class MeshFitter:
     Attributes:
         mesh, trees: What it fits.
         seen: Local AO at the samples as a volume would show it, for the trees that stand for all.
+        rays: How many were traced so far.
     """
 
     def __init__(
@@ -63,6 +64,7 @@ class MeshFitter:
     ) -> None:
         self.mesh, self.trees = mesh, trees
         self.seen: dict[int, Float64Array] = {}
+        self.rays = 0
         self._world, self._model, self._settings = world, model, settings
         self._samples = sample_mesh(mesh)
         self._local = self._samples.interpolate(mesh, model.local_ao)
@@ -92,7 +94,7 @@ class MeshFitter:
         centre = self._centres(self.trees)
         placed = [self.placed(number) for number in self.trees]
         instances = [
-            Instance(traced_gold(tracer, item, self._world, self._settings), item.points - middle, item.area)
+            Instance(self._traced(tracer, item, self._settings), item.points - middle, item.area)
             for item, middle in zip(placed, centre, strict=True)
         ]
         found = refine(instances, self.mesh.faces[self._samples.face], self._samples.weights, self._model.local_ao)
@@ -115,13 +117,17 @@ class MeshFitter:
         low, high = tree_boxes(world.positions, world.faces, world.first_face, np.array(trees))
         return 0.5 * (low + high)
 
+    def _traced(self, tracer: SurfaceTracer, placed: PlacedSamples, settings: BakeSettings) -> Float64Array:
+        self.rays += len(placed.face) * settings.rays
+        return traced_gold(tracer, placed, self._world, settings)
+
     def _errors(self, tracer: SurfaceTracer, placed: PlacedSamples, models: Sequence[Float64Array]) -> Float64Array:
         """Errors, shape (models, k), against what other rays than those of the fit find at some of the samples.
 
         A tree whose samples are all buried is compared with the volume, the third of the models, instead.
         """
         some, settings = placed.every(_CHECKED), self._settings
-        gold = traced_gold(tracer, some, self._world, settings.replaced(seed=settings.seed ^ 1))
+        gold = self._traced(tracer, some, settings.replaced(seed=settings.seed ^ 1))
         if not np.isfinite(gold).any():
             gold = models[2][::_CHECKED]
         return np.array([model_error(gold, model[::_CHECKED], some.area) for model in models])

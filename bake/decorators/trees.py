@@ -74,7 +74,8 @@ def bake_trees(
             parts.append(fitter.fitted(volume, tracer, slice(first, first + _LONG_GROUP)))
         fitted.append(FittedTrees.joined(parts))
     fits = _fits(groups, fitted)
-    clock.ran("fit trees", f"{len(fits.object):,} trees, {4 * fits.terms.shape[1]} numbers each", _since(begin))
+    rays = sum(fitter.rays for fitter in fitters)
+    clock.ran("fit trees", f"{len(fits.object):,} trees, {4 * fits.terms.shape[1]} numbers each", _since(begin), rays)
     return BakedTrees(volume, tuple(item.model for item in fitted), fits, tuple(findings))
 
 

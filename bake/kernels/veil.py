@@ -45,6 +45,8 @@ _FOG = """
     const float ry = 1.0f / (wp::abs(d[1]) < tiny ? tiny : d[1]);
     const float rz = 1.0f / (wp::abs(d[2]) < tiny ? tiny : d[2]);
     const float ox = o[0], oy = o[1], oz = o[2];
+    // Where a node keeps the sides that a ray of these signs enters by: low x, y, z at 0, 8, 16, high ones 24 further.
+    const int near_x = rx < 0.0f ? 24 : 0, near_y = ry < 0.0f ? 32 : 8, near_z = rz < 0.0f ? 40 : 16;
     float depth = 0.0f;
     int stack[96];
     int size = 0;
@@ -54,18 +56,14 @@ _FOG = """
         const float* box = bounds.data + 48 * node;
         float length[8];
         for (int c = 0; c < 8; ++c) {
-            const float x0 = (box[c] - ox) * rx, x1 = (box[24 + c] - ox) * rx;
-            const float y0 = (box[8 + c] - oy) * ry, y1 = (box[32 + c] - oy) * ry;
-            const float z0 = (box[16 + c] - oz) * rz, z1 = (box[40 + c] - oz) * rz;
-            float enter = x0 < x1 ? x0 : x1;
-            float leave = x0 < x1 ? x1 : x0;
-            const float enter_y = y0 < y1 ? y0 : y1, leave_y = y0 < y1 ? y1 : y0;
-            const float enter_z = z0 < z1 ? z0 : z1, leave_z = z0 < z1 ? z1 : z0;
-            enter = enter > enter_y ? enter : enter_y;
-            enter = enter > enter_z ? enter : enter_z;
+            const float x0 = (box[near_x + c] - ox) * rx, x1 = (box[24 - near_x + c] - ox) * rx;
+            const float y0 = (box[near_y + c] - oy) * ry, y1 = (box[40 - near_y + c] - oy) * ry;
+            const float z0 = (box[near_z + c] - oz) * rz, z1 = (box[56 - near_z + c] - oz) * rz;
+            float enter = x0 > y0 ? x0 : y0;
+            enter = enter > z0 ? enter : z0;
             enter = enter > 0.0f ? enter : 0.0f;
-            leave = leave < leave_y ? leave : leave_y;
-            leave = leave < leave_z ? leave : leave_z;
+            float leave = x1 < y1 ? x1 : y1;
+            leave = leave < z1 ? leave : z1;
             leave = leave < t_max ? leave : t_max;
             const float inside = leave - enter;
             length[c] = inside > 0.0f ? inside : 0.0f;

@@ -91,6 +91,7 @@ def test_a_tree_alone_in_the_open_has_global_one() -> None:
     assert baked.fits.terms.tolist() == [[4, 4]]
     assert baked.models[0].local_ao.min() < 0.9
     assert [row.name for row in clock.rows] == ["tree volume", "trees", "fit trees"]
+    assert all(row.rays > 0 for row in clock.rows)
     assert baked.volume.valid.all()
 
 

@@ -77,7 +77,7 @@ def test_shrubs_darken_the_floor_and_are_stored(scene: Path) -> None:
     stored = load_result(scene.parent / "result").decorators
     assert stored is not None
     assert stored.fog is not None
-    np.testing.assert_allclose(stored.fog.density, 0.7)
+    np.testing.assert_allclose(stored.fog.density, 0.35)
     thin = bake(scene, {"left": "shrub", "right": "shrub"}, **{"fog-density": "0.1"})
     assert floor_mean(result) + 0.05 < floor_mean(thin) < bare
 

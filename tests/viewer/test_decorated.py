@@ -114,7 +114,7 @@ def test_tables_have_the_stored_numbers(decorated: BakeResult, baked: BakeResult
     assert available_kinds(decorated) == list(KINDS)
     trees = {column.heading: column for column in instance_columns(decorated, "Trees")}
     assert list(trees["Object"].texts) == ["Crate", "Buried"]
-    assert list(trees["Local × global, 2 m"].texts) == ["0.1000"] * 2
+    assert list(trees["Product 2 m"].texts) == ["0.1000"] * 2
     fog = {column.heading: column for column in instance_columns(decorated, "Fog boxes")}
     assert list(fog["Lost to overlap"].texts) == ["25 %", "0 %"]
     assert [column.heading for column in instance_columns(decorated, "LODs")][:3] == ["Object", "Level", "Of"]
