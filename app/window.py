@@ -6,20 +6,20 @@
 from __future__ import annotations
 
 import logging
-import os
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 # Imported before any window exists: it sets the OpenGL format of the whole process.
 import pyvistaqt  # noqa: F401
-from PyQt6.QtCore import QByteArray, QEvent, QSettings, QStandardPaths
+from PyQt6.QtCore import QByteArray, QEvent, QSettings
 from PyQt6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
 from PyQt6.QtWidgets import QMainWindow, QMenu, QVBoxLayout, QWidget
 
 from app import dialogs
 from app.actions import build_actions
 from app.banner import Banner
+from app.cache_folder import cache_folder
 from app.controller import OTHER_MAPPING, THRESHOLD, Controller
 from app.docks import build_docks, build_panels
 from app.document import Document
@@ -55,15 +55,6 @@ def open_window(path: Path | None) -> int:
     window.show()
     window.controller.open(path)
     return app.exec()
-
-
-def cache_folder() -> Path:
-    """Where the window keeps results that the user did not save elsewhere."""
-    override = os.environ.get("OBSCURA_CACHE")
-    if override:
-        return Path(override)
-    base = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.GenericCacheLocation)
-    return Path(base) / "obscura"
 
 
 class Window(QMainWindow):

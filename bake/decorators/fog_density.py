@@ -54,11 +54,11 @@ def _candidates(low: Float64Array, high: Float64Array) -> Iterator[tuple[Int64Ar
     if len(low) < 2:
         return
     orders = [np.argsort(low[:, axis], kind="stable") for axis in range(3)]
-    ends = [
+    ends: list[Int64Array] = [
         np.searchsorted(low[order, axis], high[order, axis], side="right")
         for axis, order in zip(range(3), orders, strict=True)
     ]
-    following = [end - np.arange(1, len(low) + 1) for end in ends]
+    following: list[Int64Array] = [end - np.arange(1, len(low) + 1) for end in ends]
     axis = int(np.argmin([count.sum() for count in following]))
     order, count = orders[axis], np.maximum(following[axis], 0)
     before = np.concatenate([[0], np.cumsum(count)])

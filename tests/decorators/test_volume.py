@@ -162,6 +162,7 @@ def test_a_tree_buried_whole_counts_as_open() -> None:
     np.testing.assert_allclose(evaluate(volume, low[:1], np.array([[0.0, 1.0, 0.0]])), 1.0, atol=1e-6)
 
 
+@pytest.mark.slow  # minutes and gigabytes: millions of voxels, on purpose
 def test_a_volume_too_large_is_coarsened() -> None:
     """A tree of a kilometre, or two trees far apart at a fine spacing, still fit."""
     huge = build_grid(np.zeros((1, 3)), np.full((1, 3), 1000.0), 1.0, np.zeros(3))
