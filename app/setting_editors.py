@@ -23,7 +23,9 @@ from PyQt6.QtWidgets import (
 
 from app.number_edit import NumberEdit, plain_number
 from bake.errors import SettingsError
-from bake.settings import BakeSettings, Ground, option_name
+from bake.ground import Ground
+from bake.setting_fields import option_name
+from bake.settings import BakeSettings
 
 _INT_MAX = 2**31 - 1
 

@@ -21,7 +21,8 @@ from PyQt6.QtWidgets import (
 
 from app.setting_editors import SettingEditor, editor_for
 from bake.errors import SettingsError
-from bake.settings import QUALITY_PRESETS, BakeSettings, option_name
+from bake.setting_fields import option_name
+from bake.settings import QUALITY_PRESETS, BakeSettings
 
 ORDER = (
     "quality", "rays", "samples_per_face", "sample_spacing", "distances", "mapping", "alpha", "back_face_threshold",
@@ -163,5 +164,7 @@ def tooltip_of(item: dataclasses.Field[typing.Any]) -> str:
         lines.append(f"{low} to {data['high']:g}{unit}")
     if data["affects"] == "solve":
         lines.append("Does not change the rays, only what is made of them")
+    elif data["affects"] == "regions":
+        lines.append("Does not change the rays, only the models of the regions")
     lines.append(f"Command line: --{option_name(item.name)}")
     return "\n".join(lines)

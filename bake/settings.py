@@ -14,10 +14,12 @@ import math
 import typing
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 from bake.errors import SettingsError
+from bake.ground import Ground
 from bake.options import convert, plain
+from bake.setting_fields import check_bounds, option_name, setting
 
 
 class MappingKind(enum.StrEnum):
@@ -58,78 +60,6 @@ QUALITY_PRESETS: Mapping[Quality, Mapping[str, Any]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Ground:
-    """A two-sided quad that blocks but receives nothing, against one side of the scene's bounding box.
-
-    Attributes:
-        axis: 0 to 5: +x, -x, +y, -y, +z, -z is the side that faces up, away from the ground
-            (the quad lies on the opposite side of the box).
-        scale: Its edges in units of the scene's extents.
-        offset: Its distance from the box in units of the scene's extent along the axis.
-    """
-
-    axis: int = 2
-    scale: float = 100.0
-    offset: float = 0.03
-
-    AXES: typing.ClassVar[tuple[str, ...]] = ("+x", "-x", "+y", "-y", "+z", "-z")
-
-    @staticmethod
-    def parse(text: str) -> Ground:
-        """Reads `AXIS[:SCALE[:OFFSET]]`, the axis as 0-5 or as +x, -x, +y, -y, +z, -z."""
-        parts = text.split(":")
-        try:
-            name = parts[0].strip().lower()
-            axis = Ground.AXES.index(name) if name in Ground.AXES else int(name)
-            scale = float(parts[1]) if len(parts) > 1 else 100.0
-            offset = float(parts[2]) if len(parts) > 2 else 0.03
-        except ValueError:
-            axis, scale, offset = -1, 0.0, 0.0
-        if len(parts) > 3 or not 0 <= axis <= 5 or not scale > 0 or not math.isfinite(scale + offset):
-            raise SettingsError(
-                f"{text!r} is no ground plane",
-                where="--ground",
-                remedy="write AXIS[:SCALE[:OFFSET]] with AXIS one of +x -x +y -y +z -z and a positive scale",
-            )
-        return Ground(axis, scale, offset)
-
-    def __str__(self) -> str:
-        return f"{self.AXES[self.axis]}:{_exact(self.scale)}:{_exact(self.offset)}"
-
-
-def _setting(
-    default: Any,
-    title: str,
-    text: str,
-    *,
-    unit: str = "",
-    low: float | None = None,
-    high: float | None = None,
-    above: float | None = None,
-    advanced: bool = False,
-    affects: str = "trace",
-) -> Any:
-    """A field with what validation and the generated forms need.
-
-    `low` and `high` are inclusive bounds, `above` an exclusive one. `affects` names the earliest stage that must run
-    again when the value changes: "trace", "solve" or "nothing".
-    """
-    return dataclasses.field(
-        default=default,
-        metadata={
-            "title": title,
-            "help": text,
-            "unit": unit,
-            "low": low,
-            "high": high,
-            "above": above,
-            "advanced": advanced,
-            "affects": affects,
-        },
-    )
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BakeSettings:
     """Everything that decides a bake's result, besides the scene.
@@ -138,15 +68,15 @@ class BakeSettings:
         SettingsError: on construction, if a value is out of its bounds; it names the option and the bound.
     """
 
-    device: str = _setting("auto", "Device", "auto, cpu, cuda or cuda:N", affects="nothing")
-    tracer: TracerKind = _setting(
+    device: str = setting("auto", "Device", "auto, cpu, cuda or cuda:N", affects="nothing")
+    tracer: TracerKind = setting(
         TracerKind.AUTO, "Tracer", "auto takes Warp on CUDA and Embree on the CPU", affects="nothing", advanced=True
     )
-    rays: int = _setting(64, "Rays", "Rays per surface sample; powers of two sample best", low=1, high=65535)
-    samples_per_face: tuple[int, int] = _setting(
+    rays: int = setting(64, "Rays", "Rays per surface sample; powers of two sample best", low=1, high=65535)
+    samples_per_face: tuple[int, int] = setting(
         (4, 16), "Samples per face", "Fewest and most surface samples on a face", low=1, high=4096
     )
-    sample_spacing: float = _setting(
+    sample_spacing: float = setting(
         0.5,
         "Sample spacing",
         "Between its minimum and maximum a face has one sample per square of this edge",
@@ -154,7 +84,7 @@ class BakeSettings:
         above=0.0,
         high=1e6,
     )
-    distances: tuple[float, ...] = _setting(
+    distances: tuple[float, ...] = setting(
         (2.0, 300.0),
         "Distances",
         "Distances at which a blocker counts half; baked together from the same rays",
@@ -162,10 +92,10 @@ class BakeSettings:
         above=0.0,
         high=1e9,
     )
-    kernel: Kernel = _setting(
+    kernel: Kernel = setting(
         Kernel.OBSCURANCE, "Kernel", "obscurance fades with distance; occlusion counts every hit within the maximum"
     )
-    max_distance: float | None = _setting(
+    max_distance: float | None = setting(
         None,
         "Maximum distance",
         "Rays end here; without it, where the longest distance's tail falls under the bound",
@@ -173,13 +103,13 @@ class BakeSettings:
         above=0.0,
         high=1e9,
     )
-    tail: float = _setting(
+    tail: float = setting(
         1 / 1024, "Tail bound", "Most AO that cutting the kernel's tail may change", above=0.0, high=0.1, advanced=True
     )
-    mapping: MappingKind = _setting(
+    mapping: MappingKind = setting(
         MappingKind.LEAST_SQUARES, "Mapping", "How samples become vertex values", affects="solve"
     )
-    alpha: float = _setting(
+    alpha: float = setting(
         0.03,
         "Smoothing",
         "Weight of the edge regulariser: 0.03 accurate, 0.1 smooth, 1 as Sloan et al.",
@@ -187,7 +117,7 @@ class BakeSettings:
         high=1e6,
         affects="solve",
     )
-    back_face_threshold: float = _setting(
+    back_face_threshold: float = setting(
         0.25,
         "Back-face threshold",
         "A sample is invalid if a larger share of its hits are back faces",
@@ -195,14 +125,14 @@ class BakeSettings:
         high=1.0,
         affects="solve",
     )
-    weld_instances: bool = _setting(
+    weld_instances: bool = setting(
         False,
         "Weld across objects",
         "Smooth over coincident vertices of touching objects too",
         affects="solve",
         advanced=True,
     )
-    crease_angle: float = _setting(
+    crease_angle: float = setting(
         40.0,
         "Crease angle",
         "Edges sharper than this stay apart when normals are made or vertices welded",
@@ -212,13 +142,13 @@ class BakeSettings:
         affects="trace",
         advanced=True,
     )
-    alpha_lookup: bool = _setting(
+    alpha_lookup: bool = setting(
         False,
         "Alpha at the hit",
         "Look alpha masks up in their texture at each hit instead of using their mean",
         advanced=True,
     )
-    decorator_radius: float | None = _setting(
+    decorator_radius: float | None = setting(
         None,
         "Decorator radius",
         "How far around itself a small decorator looks for surface; without it, 1.25 half diagonals of its box",
@@ -227,10 +157,10 @@ class BakeSettings:
         high=1e6,
         advanced=True,
     )
-    volume_spacing: float = _setting(
+    volume_spacing: float = setting(
         1.0, "Tree volume spacing", "Edge of a cell of the volume around trees", unit="m", above=0.0, high=1e6
     )
-    volume_directions: int = _setting(
+    volume_directions: int = setting(
         1024,
         "Tree volume directions",
         "Rays from each voxel of the volume around trees; powers of two sample best",
@@ -238,10 +168,10 @@ class BakeSettings:
         high=65535,
         advanced=True,
     )
-    refine_local: bool = _setting(
+    refine_local: bool = setting(
         False, "Refine local AO", "Fit each tree's local AO to all its instances instead of baking it alone"
     )
-    fog_density: float = _setting(
+    fog_density: float = setting(
         0.35,
         "Fog density",
         "How fast shrubs dim what lies behind them, unless they say so themselves: 0.35 leaves half after two metres",
@@ -249,20 +179,80 @@ class BakeSettings:
         low=0.0,
         high=1000.0,
     )
-    fit_fog: bool = _setting(
+    fit_fog: bool = setting(
         False, "Fit fog", "Give each shrub the density that dims like its real mesh does", advanced=True
     )
-    ground: Ground | None = _setting(None, "Ground plane", "AXIS[:SCALE[:OFFSET]]: a blocker under the scene")
-    regions: str = _setting("none", "Regions", "auto, none or a JSON file of visibility regions")
-    seed: int = _setting(1, "Seed", "Same scene, settings, seed and device give the same bits", low=0, high=2**32 - 1)
-    quality: Quality = _setting(Quality.FINAL, "Quality", "Preset for rays and samples; what is set explicitly wins")
-    skip: tuple[str, ...] = _setting((), "Skip", "Stages to leave out", advanced=True)
+    ground: Ground | None = setting(None, "Ground plane", "AXIS[:SCALE[:OFFSET]]: a blocker under the scene")
+    regions: str = setting("none", "Regions", "auto, none or a JSON file of visibility regions")
+    region_directions: int = setting(
+        1024,
+        "Region directions",
+        "Rays from each valid point of a region; powers of two sample best",
+        low=1,
+        high=65535,
+        advanced=True,
+    )
+    region_cell: float = setting(
+        0.25,
+        "Region cell",
+        "Edge of the cells in which automatic regions find free space",
+        unit="m",
+        above=0.0,
+        high=1e6,
+        advanced=True,
+    )
+    region_smallest: float = setting(
+        1.0,
+        "Smallest region",
+        "Regions of less volume are absorbed by the neighbour that suits them best",
+        unit="m³",
+        low=0.0,
+        high=1e12,
+        affects="regions",
+        advanced=True,
+    )
+    optimise_centre: bool = setting(
+        False,
+        "Optimise centres",
+        "Search each region model's centre instead of trying two",
+        affects="regions",
+        advanced=True,
+    )
+    region_beta: float = setting(
+        1.0,
+        "Regularisation",
+        "Weight of agreement between neighbouring region models",
+        low=0.0,
+        high=1e9,
+        affects="regions",
+    )
+    region_sweeps: int = setting(
+        50,
+        "Sweeps",
+        "Most passes of the regularisation over all regions",
+        low=0,
+        high=100000,
+        affects="regions",
+        advanced=True,
+    )
+    region_tolerance: float = setting(
+        1e-4,
+        "Regularisation tolerance",
+        "It ends when no model changes by more than this at a boundary",
+        low=0.0,
+        high=1.0,
+        affects="regions",
+        advanced=True,
+    )
+    seed: int = setting(1, "Seed", "Same scene, settings, seed and device give the same bits", low=0, high=2**32 - 1)
+    quality: Quality = setting(Quality.FINAL, "Quality", "Preset for rays and samples; what is set explicitly wins")
+    skip: tuple[str, ...] = setting((), "Skip", "Stages to leave out", advanced=True)
 
     SKIPPABLE: typing.ClassVar[tuple[str, ...]] = ("fog", "trees", "decorators", "lods", "regions")
 
     def __post_init__(self) -> None:
         for item in dataclasses.fields(self):
-            _check_bounds(item, getattr(self, item.name))
+            check_bounds(item, getattr(self, item.name))
         if not self.distances:
             raise SettingsError("no distance given", where="--distances", remedy="give at least one, e.g. 2,300")
         if len(self.distances) > 8:
@@ -341,39 +331,5 @@ class BakeSettings:
         return BakeSettings(**{**QUALITY_PRESETS[quality], **values})
 
 
-def option_name(field_name: str) -> str:
-    """The long option of a field, without dashes: `samples_per_face` is `samples-per-face`."""
-    return field_name.replace("_", "-")
-
-
-def _exact(number: float) -> str:
-    """The shortest text that reads back as the same number."""
-    short = f"{number:g}"
-    return short if float(short) == number else repr(number)
-
-
 def _named(option: str, where: str) -> str:
     return f"{where}: {option}" if where else f"--{option}"
-
-
-def _check_bounds(item: dataclasses.Field[Any], value: Any) -> None:
-    low, high, above = (item.metadata[key] for key in ("low", "high", "above"))
-    if low is None and high is None and above is None:
-        return
-    numbers = cast("tuple[Any, ...]", value) if isinstance(value, tuple) else (value,)
-    for number in numbers:
-        if number is None:
-            continue
-        if not math.isfinite(number):
-            problem = "is not finite"
-        elif low is not None and number < low:
-            problem = f"is below {low:g}"
-        elif above is not None and not number > above:
-            problem = f"is not above {above:g}"
-        elif high is not None and number > high:
-            problem = f"is above {high:g}"
-        else:
-            continue
-        unit = f" {item.metadata['unit']}" if item.metadata["unit"] else ""
-        bounds = f"{'above ' + format(above, 'g') if above is not None else f'{low:g}'} to {high:g}{unit}"
-        raise SettingsError(f"{number!r} {problem}", where=f"--{option_name(item.name)}", remedy=f"use {bounds}")

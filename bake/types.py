@@ -27,6 +27,7 @@ from bake.arrays import (
     UInt32Array,
 )
 from bake.decorator_types import Decorators
+from bake.region_types import Regions
 from bake.scene_types import (
     Finding,
     Material,
@@ -55,6 +56,7 @@ __all__ = [
     "PrimitiveRange",
     "Progress",
     "RegionBox",
+    "Regions",
     "Role",
     "SampleSet",
     "Scene",
@@ -288,6 +290,7 @@ class BakeResult:
         rays_skipped: Rays that were not traced because they could not matter.
         versions: Library versions by name.
         decorators: What became of trees, shrubs and small decorators; None if the scene has none.
+        regions: Where objects move, and the models that light them there; None if none were asked for.
     """
 
     scene_path: Path
@@ -304,3 +307,4 @@ class BakeResult:
     rays_skipped: int
     versions: Mapping[str, str]
     decorators: Decorators | None = None
+    regions: Regions | None = None

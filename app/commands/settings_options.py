@@ -9,7 +9,8 @@ import types
 import typing
 from typing import Any
 
-from bake.settings import BakeSettings, option_name
+from bake.setting_fields import option_name
+from bake.settings import BakeSettings
 
 # What a type alone cannot say.
 _METAVARS = {

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bake.ground import Ground
 from bake.scene.content_hash import ContentHasher
-from bake.settings import Ground
 from bake.types import Float64Array, ObjectKeys, Role, World
 
 GROUND_PATH = "ground"

@@ -19,7 +19,8 @@ from app.commands.settings_options import add_settings_options, explicit_options
 from app.setting_editors import ALPHA_LOOKS
 from app.settings_form import SettingsForm, tooltip_of
 from bake.errors import SettingsError
-from bake.settings import QUALITY_PRESETS, BakeSettings, Ground, Kernel, MappingKind, Quality, TracerKind
+from bake.ground import Ground
+from bake.settings import QUALITY_PRESETS, BakeSettings, Kernel, MappingKind, Quality, TracerKind
 
 numbers = st.floats(0.001, 1e5, allow_nan=False)
 valid_settings = st.builds(

@@ -11,7 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bake.errors import Cancelled, ObscuraError, SceneError, SettingsError
-from bake.settings import BakeSettings, Ground, Kernel, Quality, option_name
+from bake.ground import Ground
+from bake.setting_fields import option_name
+from bake.settings import BakeSettings, Kernel, Quality
 
 REFUSED = {
     "rays 0": {"rays": 0},
@@ -54,7 +56,7 @@ def test_every_field_can_make_a_form() -> None:
     for field in dataclasses.fields(BakeSettings):
         assert field.metadata["title"], field.name
         assert field.metadata["help"], field.name
-        assert field.metadata["affects"] in ("trace", "solve", "nothing"), field.name
+        assert field.metadata["affects"] in ("trace", "solve", "regions", "nothing"), field.name
         assert option_name(field.name) == field.name.replace("_", "-")
 
 

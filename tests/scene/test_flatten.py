@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bake.errors import SceneError
+from bake.ground import Ground
 from bake.scene import flatten
-from bake.settings import BakeSettings, Ground
+from bake.settings import BakeSettings
 from bake.types import Material, Mesh, ObjectKeys, Role, Scene, SceneObject
 from tests.scene.glb_files import CUBE, CUBE_FACES, QUAD, QUAD_FACES
 from tests.worlds import icosphere

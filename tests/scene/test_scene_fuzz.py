@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bake.errors import SceneError
+from bake.ground import Ground
 from bake.scene import flatten, load_scene
-from bake.settings import BakeSettings, Ground
+from bake.settings import BakeSettings
 from tests.scene.glb_files import QUAD, QUAD_FACES, QUAD_UVS, GltfFile
 from tests.scene.test_ply_files import ascii_ply, binary_ply
 

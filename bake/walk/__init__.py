@@ -1,0 +1,1 @@
+"""The walk: what a character moving through the regions would be lit by, and where it pops."""
