@@ -7,11 +7,12 @@ from typing import Any
 from assets.sample_level.regions import region_boxes
 from assets.sample_level.tower import FINEST
 
-# Oaks, grass and the tower's first lower level of detail say their role in the file itself.
+# Oaks, grass and the tower's first lower level of detail say their role in the file itself. The densities are about
+# those that `--fit-fog` finds in the shrubs' own leaves.
 RULES: tuple[dict[str, Any], ...] = (
     {"match": "Level/Trees/pine_*", "role": "tree", "transmission": 0.6},
-    {"match": "Level/Shrubs/hedge_*", "role": "shrub", "density": 1.1},
-    {"match": "Level/Shrubs/bush_*", "role": "shrub", "density": 0.8},
+    {"match": "Level/Shrubs/hedge_*", "role": "shrub", "density": 0.35},
+    {"match": "Level/Shrubs/bush_*", "role": "shrub", "density": 0.28},
     {"match": "Level/Tower/Tower_LOD2", "role": "lod", "of": FINEST},
 )
 
