@@ -1,0 +1,76 @@
+"""What of a result's regions is shown: one frozen value that the panel edits and the presenter draws."""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+from dataclasses import dataclass
+
+
+class RegionColor(enum.StrEnum):
+    """What colours the boxes of regions."""
+
+    ERROR = "error"
+    MISMATCH = "mismatch"
+    VALID = "valid"
+    MEMORY = "memory"
+    TERMS = "terms"
+    CENTRE = "centre"
+
+
+class PointSet(enum.StrEnum):
+    """Whose grid points are drawn."""
+
+    NONE = "none"
+    SELECTED = "selected"
+    ALL = "all"
+
+
+@dataclass(frozen=True, slots=True)
+class RegionView:
+    """What the user chose to see.
+
+    Attributes:
+        boxes: What colours the boxes; None: they are not drawn.
+        links: Whether links are drawn, coloured by their mismatch.
+        points: Whose grid points are drawn.
+        centres: Whether the centres of the models are drawn.
+        through_walls: Whether boxes, links and centres are drawn in front of the surface.
+        as_fitted: Models and mismatch before regularisation rather than after it.
+        column: Distance at which models are evaluated.
+        region: The selected region; -1 for none.
+        link: The selected boundary; -1 for none.
+        probe: Where a model is evaluated, metres from the world's origin; None for no probe.
+        probe_region: The region whose model the probe evaluates; -1 for the one that it lies in.
+        probe_size: Radius of the probe's sphere where AO is 1, in metres.
+    """
+
+    boxes: RegionColor | None = None
+    links: bool = False
+    points: PointSet = PointSet.NONE
+    centres: bool = False
+    through_walls: bool = False
+    as_fitted: bool = False
+    column: int = 0
+    region: int = -1
+    link: int = -1
+    probe: tuple[float, float, float] | None = None
+    probe_region: int = -1
+    probe_size: float = 0.5
+
+    @property
+    def draws_nothing(self) -> bool:
+        """Whether no mark at all is asked for."""
+        return (
+            self.boxes is None
+            and not self.links
+            and self.points is PointSet.NONE
+            and not self.centres
+            and self.region < 0
+            and self.link < 0
+            and self.probe is None
+        )
+
+    def replaced(self, **changes: object) -> RegionView:
+        """A copy with some choices changed."""
+        return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
