@@ -107,14 +107,15 @@ class Regions:
     """All of it, as it is stored.
 
     Attributes:
-        graph: Regions and links after the absorption of small ones.
+        graph: All regions and links. A region that was absorbed keeps its box: only its model is another's.
         points: Their grid points.
-        fitted: Each model as fitted to its own region.
+        fitted: Each region's model as fitted to its own points; an absorbed region has its owner's.
         regularised: The models that an engine uses.
         mismatch_before, mismatch_after: Shape (l, k), float32: |M_a(b) - M_b(b)| at each link, the largest over six
             axis normals, of `fitted` and `regularised`.
         absorbed: Names of the regions that were absorbed and of those that took them up, in order.
         absorbed_error: Shape (absorbed, k), float32: RMSE that the absorption cost at the absorbed region's points.
+        owner: Shape (r,), int32: the region whose model each one uses; its own number unless it was absorbed.
     """
 
     graph: RegionGraph
@@ -125,3 +126,4 @@ class Regions:
     mismatch_after: Float32Array
     absorbed: tuple[tuple[str, str], ...]
     absorbed_error: Float32Array
+    owner: Int32Array
