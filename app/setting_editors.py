@@ -337,7 +337,7 @@ def editor_for(item: dataclasses.Field[Any], kind: Any) -> SettingEditor:
     Raises:
         TypeError: there is no editor for that type; a new kind of setting needs one.
     """
-    suggestions = {"device": ("auto", "cpu", "cuda", "cuda:0"), "regions": ("none", "auto")}
+    suggestions = {"device": ("auto", "cpu", "cuda", "cuda:0"), "regions": ("scene", "auto", "none")}
     if item.name == "alpha":
         return AlphaEditor(item)
     if item.name == "skip":

@@ -183,7 +183,9 @@ class BakeSettings:
         False, "Fit fog", "Give each shrub the density that dims like its real mesh does", advanced=True
     )
     ground: Ground | None = setting(None, "Ground plane", "AXIS[:SCALE[:OFFSET]]: a blocker under the scene")
-    regions: str = setting("none", "Regions", "auto, none or a JSON file of visibility regions")
+    regions: str = setting(
+        "scene", "Regions", "auto, none, or a JSON file of visibility regions; scene takes those of the side file, if any"
+    )
     region_directions: int = setting(
         1024,
         "Region directions",
