@@ -1,12 +1,10 @@
-"""Every action of the window in one list, from which menus, shortcuts and the table of keys are made."""
+"""What an action is, and how keys and mouse are shown as a table."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import html
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-
-from PyQt6.QtGui import QAction, QKeySequence
-from PyQt6.QtWidgets import QMainWindow
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +19,7 @@ class ActionSpec:
         keys: Shortcuts, the first one shown in the menu.
         checkable: Whether it switches something on and off.
         group: Group within its menu.
+        context: Context menus it stands in too: "object" for lists of objects, "view" for the picture.
     """
 
     id: str
@@ -30,52 +29,19 @@ class ActionSpec:
     keys: tuple[str, ...] = ()
     checkable: bool = False
     group: int = 0
+    context: tuple[str, ...] = ()
+
+    @property
+    def title(self) -> str:
+        """The text without the mark of its mnemonic."""
+        return self.text.replace("&&", "\0").replace("&", "").replace("\0", "&")
 
 
-MENUS = ("File", "View", "Bake", "Help")
+Action = tuple[ActionSpec, Callable[..., object]]
+"""An action and what it calls; a checkable one passes its new state."""
 
-ACTIONS: tuple[ActionSpec, ...] = (
-    ActionSpec("open-scene", "File", "&Open scene …", "Open a glTF, GLB, OBJ or PLY file", ("Ctrl+O",)),
-    ActionSpec("open-result", "File", "Open &result …", "Open a result folder", ("Ctrl+Shift+O",)),
-    ActionSpec("open-sample", "File", "Open sample &level", "Open the level that comes with Obscura"),
-    ActionSpec(
-        "save-result", "File", "&Save result as …", "Copy the result to a folder of your own", ("Ctrl+S",), group=2
-    ),
-    ActionSpec("save-picture", "File", "Save &picture …", "Save the view with its legend as PNG", ("Ctrl+P",), group=2),
-    ActionSpec("quit", "File", "&Quit", "Close the window", ("Q", "Ctrl+Q"), group=9),
-    ActionSpec("frame", "View", "&Frame", "Show the selected object, or the level without its far backdrop", ("F",)),
-    ActionSpec("frame-all", "View", "Frame &everything", "Show everything, backdrop included", ("Shift+F", "Home")),
-    ActionSpec("edges", "View", "&Edges", "Draw the edges of the triangles", ("E",), True, 1),
-    ActionSpec("shading", "View", "&Light", "Shape the surface by a light at the camera", ("L",), True, 1),
-    ActionSpec("back-faces", "View", "Hide &back faces", "Look into closed rooms from outside", ("B",), True, 1),
-    ActionSpec("game", "View", "As the &game stores it", "5 bits a pixel, dithered", ("G",), True, 1),
-    ActionSpec("blend", "View", "B&lended", "Longest and shortest distance mixed", ("0",), group=2),
-    ActionSpec("next-distance", "View", "&Next distance", "Step through the baked distances", ("N",), group=2),
-    ActionSpec("geometry", "View", "Geome&try", "The surface without values", ("T",), group=2),
-    ActionSpec("invalid", "View", "&Invalid samples", "Mark samples that see too many back faces", ("I",), True, 3),
-    ActionSpec(
-        "compare", "View", "&Compare mappings", "Average and least squares side by side on one camera", ("C",), True, 3
-    ),
-    ActionSpec(
-        "tree-models",
-        "View",
-        "Compare tree &models",
-        "Global only, local × global and gold of the selected tree side by side",
-        ("M",),
-        True,
-        3,
-    ),
-    ActionSpec("up-y", "View", "Up is +&Y", "Orbit about the Y axis", (), True, 4),
-    ActionSpec("up-z", "View", "Up is +&Z", "Orbit about the Z axis", (), True, 4),
-    ActionSpec("light-palette", "View", "Bright window", "Light colours for the panels", (), True, 5),
-    ActionSpec("dark-palette", "View", "Dark window", "Dark colours for the panels", (), True, 5),
-    ActionSpec("reset-layout", "View", "&Reset layout", "Put all panels back where they were", (), False, 6),
-    ActionSpec("bake", "Bake", "&Bake", "Bake with the settings of the panel", ("Ctrl+B", "F5")),
-    ActionSpec("cancel", "Bake", "&Cancel", "Stop the bake; without one, let go of the clicked point", ("Escape",)),
-    ActionSpec("copy-command", "Bake", "Copy as co&mmand", "The command line that does the same", ("Ctrl+Shift+C",)),
-    ActionSpec("keys", "Help", "&Keys and mouse", "What keys and mouse buttons do", ("F1",)),
-    ActionSpec("about", "Help", "&About Obscura", "Version and licence"),
-)
+MENUS = ("File", "Edit", "View", "Bake", "Help")
+"""The first menus and the last one; others that actions name stand before the last."""
 
 MOUSE = (
     ("Left drag", "orbit"),
@@ -87,49 +53,16 @@ MOUSE = (
 )
 
 
-def build_actions(window: QMainWindow, slots: Mapping[str, Callable[..., object]]) -> dict[str, QAction]:
-    """Makes the actions and the menus of a window.
+def keys_text(rows: Iterable[tuple[str, str]], mouse: Iterable[tuple[str, str]] = MOUSE) -> str:
+    """Keys and mouse gestures as rich text, two tables.
 
     Args:
-        window: Gets the menus.
-        slots: What to call by action id; a checkable action passes its new state.
-
-    Raises:
-        KeyError: an action has no slot.
+        rows: Keys and what they do.
+        mouse: Gestures and what they do.
     """
-    bar = window.menuBar()
-    assert bar is not None
-    menus = {name: bar.addMenu(f"&{name}") for name in MENUS}
-    groups: dict[str, int] = {}
-    actions: dict[str, QAction] = {}
-    for spec in ACTIONS:
-        menu = menus[spec.menu]
-        assert menu is not None
-        if groups.setdefault(spec.menu, spec.group) != spec.group:
-            menu.addSeparator()
-            groups[spec.menu] = spec.group
-        action = QAction(spec.text, window)
-        action.setObjectName(spec.id)
-        action.setCheckable(spec.checkable)
-        action.setStatusTip(spec.tip)
-        action.setToolTip(spec.tip)
-        action.setShortcuts([QKeySequence(key) for key in spec.keys])
-        slot = slots[spec.id]
-        if spec.checkable:
-            action.triggered.connect(slot)
-        else:
-            action.triggered.connect(lambda _checked=False, slot=slot: slot())
-        menu.addAction(action)
-        actions[spec.id] = action
-    return actions
+    return f"<h3>Mouse</h3>{_table(mouse)}<h3>Keys</h3>{_table(rows)}"
 
 
-def keys_text() -> str:
-    """All keys and mouse gestures as rich text, two tables."""
-    keys = "".join(
-        f"<tr><td><b>{', '.join(spec.keys)}</b>&nbsp;&nbsp;</td><td>{spec.tip}</td></tr>"
-        for spec in ACTIONS
-        if spec.keys
-    )
-    mouse = "".join(f"<tr><td><b>{gesture}</b>&nbsp;&nbsp;</td><td>{what}</td></tr>" for gesture, what in MOUSE)
-    return f"<h3>Mouse</h3><table>{mouse}</table><h3>Keys</h3><table>{keys}</table>"
+def _table(rows: Iterable[tuple[str, str]]) -> str:
+    lines = (f"<tr><td><b>{html.escape(a)}</b>&nbsp;&nbsp;</td><td>{html.escape(b)}</td></tr>" for a, b in rows)
+    return f"<table>{''.join(lines)}</table>"

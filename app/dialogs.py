@@ -6,7 +6,6 @@ from pathlib import Path
 
 from PyQt6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
-from app.actions import keys_text
 from bake import __version__
 
 SCENE_FILTER = "Scenes (*.glb *.gltf *.obj *.ply);;All files (*)"
@@ -51,9 +50,9 @@ def may_drop_bake(parent: QWidget, minutes: float) -> bool:
     return answer == QMessageBox.StandardButton.Discard
 
 
-def show_keys(parent: QWidget) -> None:
-    """What keys and mouse do; stays open beside the work."""
-    _show(parent, "Keys and mouse", keys_text())
+def show_keys(parent: QWidget, text: str) -> None:
+    """What keys and mouse do, as rich text; stays open beside the work."""
+    _show(parent, "Keys and mouse", text)
 
 
 def show_about(parent: QWidget) -> None:

@@ -26,7 +26,7 @@ def planted(window: Window, baked: BakeResult, qtbot: QtBot) -> Window:
     window.document.open_scene(Path("small.obj"), Path("result"), {}, (), 1)
     window.document.set_result(with_decorators(baked), Path("result"))
     window.picker.finish()
-    window.show_panel("Decorators")
+    window.bench.show_panel("Decorators")
     return window
 
 

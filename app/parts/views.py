@@ -1,0 +1,186 @@
+"""What is shown in the view and how: camera, quantity, look, comparisons."""
+
+from __future__ import annotations
+
+from app.actions import Action, ActionSpec
+from app.user_commands import UserCommands
+from app.window_parts import Part, Workbench
+from viewer.camera import Camera, robust_bounds
+from viewer.fields import Quantity
+
+
+class ViewsPart(Part):
+    """The View menu, as far as it is about the picture."""
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self.commands = UserCommands(bench.document, bench.area)
+
+    def actions(self) -> list[Action]:
+        """Camera, look, quantity, comparisons, up axis."""
+        do, menu, view = self.commands, "View", ("view",)
+        both = ("view", "object")
+        return [
+            (
+                ActionSpec(
+                    "frame",
+                    menu,
+                    "&Frame",
+                    "Show the selected object, or the level without its far backdrop",
+                    ("F",),
+                    context=both,
+                ),
+                do.frame,
+            ),
+            (
+                ActionSpec(
+                    "frame-all",
+                    menu,
+                    "Frame &everything",
+                    "Show everything, backdrop included",
+                    ("Shift+F", "Home"),
+                    context=view,
+                ),
+                do.frame_all,
+            ),
+            (
+                ActionSpec("edges", menu, "&Edges", "Draw the edges of the triangles", ("E",), True, 1, view),
+                lambda on: do.show(edges=on),
+            ),
+            (
+                ActionSpec("shading", menu, "&Light", "Shape the surface by a light at the camera", ("L",), True, 1),
+                lambda on: do.show(shading=on),
+            ),
+            (
+                ActionSpec(
+                    "back-faces", menu, "Hide &back faces", "Look into closed rooms from outside", ("B",), True, 1, view
+                ),
+                lambda on: do.show(back_faces=not on),
+            ),
+            (
+                ActionSpec("game", menu, "As the &game stores it", "5 bits a pixel, dithered", ("G",), True, 1),
+                lambda on: do.show(game=on),
+            ),
+            (
+                ActionSpec("blend", menu, "B&lended", "Longest and shortest distance mixed", ("0",), group=2),
+                lambda: do.show(quantity=Quantity.BLEND),
+            ),
+            (
+                ActionSpec(
+                    "next-distance", menu, "&Next distance", "Step through the baked distances", ("N",), group=2
+                ),
+                do.next_distance,
+            ),
+            (
+                ActionSpec("geometry", menu, "Geome&try", "The surface without values", ("T",), group=2),
+                lambda: do.show(quantity=Quantity.GEOMETRY),
+            ),
+            (
+                ActionSpec(
+                    "invalid",
+                    menu,
+                    "&Invalid samples",
+                    "Mark samples that see too many back faces",
+                    ("I",),
+                    True,
+                    3,
+                    view,
+                ),
+                self.bench.panels.overlays.set_invalid,
+            ),
+            (
+                ActionSpec(
+                    "compare",
+                    menu,
+                    "&Compare mappings",
+                    "Average and least squares side by side on one camera",
+                    ("C",),
+                    True,
+                    3,
+                ),
+                self.compare,
+            ),
+            (
+                ActionSpec(
+                    "tree-models",
+                    menu,
+                    "Compare tree &models",
+                    "Global only, local × global and gold of the selected tree side by side",
+                    ("M",),
+                    True,
+                    3,
+                ),
+                self.compare_tree_models,
+            ),
+            (
+                ActionSpec("up-y", menu, "Up is +&Y", "Orbit about the Y axis", (), True, 4),
+                lambda _on: self._set_up_axis(1),
+            ),
+            (
+                ActionSpec("up-z", menu, "Up is +&Z", "Orbit about the Z axis", (), True, 4),
+                lambda _on: self._set_up_axis(2),
+            ),
+        ]
+
+    def connect(self) -> None:
+        """Follows the document."""
+        bench, document, panels = self.bench, self.bench.document, self.bench.panels
+        panels.decorators.models_requested.connect(lambda: self.compare_tree_models(True))
+        panels.probe.fly_requested.connect(lambda: self.commands.fly_to(bench.readouts.pinned))
+        document.world_changed.connect(self._on_world)
+        document.visibility_changed.connect(lambda: bench.picker.set_world(document.world, document.face_visible()))
+        document.display_changed.connect(self._on_display)
+        self._on_display()
+
+    def compare(self, on: bool) -> None:
+        """Shows the other mapping beside the result's own, on one camera."""
+        bench = self.bench
+        bench.registry["compare"].setChecked(on)
+        if on and bench.area.other is None:
+            viewport = bench.area.split()
+            bench.readouts.follow(viewport)
+            bench.presenter.add_viewport(viewport)
+        elif not on and bench.area.other is not None:
+            bench.presenter.remove_viewport(bench.area.other)
+            bench.area.unsplit()
+        bench.controller.compare(on)
+
+    def compare_tree_models(self, on: bool) -> None:
+        """Shows the three models of the selected tree side by side, on a camera of their own."""
+        area = self.bench.area
+        self.bench.registry["tree-models"].setChecked(on)
+        if on and area.trees is None:
+            area.compare_trees(self.bench.document).close_requested.connect(lambda: self.compare_tree_models(False))
+        elif not on:
+            area.end_tree_comparison()
+
+    def reset_camera(self) -> None:
+        """Shows the level, without its far backdrop, from the usual side."""
+        document, viewport = self.bench.document, self.bench.area.main
+        world = document.world
+        if world is not None and world.vertex_count:
+            viewport.set_camera(Camera(up_axis=document.up_axis))
+            viewport.frame(*robust_bounds(world.positions), fly=False)
+
+    def _set_up_axis(self, axis: int) -> None:
+        self.bench.document.set_up_axis(axis)
+        self.reset_camera()
+        self._on_display()  # the tick of the axis that was chosen again
+
+    def _on_world(self) -> None:
+        self.bench.picker.set_world(self.bench.document.world, self.bench.document.face_visible())
+        self.reset_camera()
+
+    def _on_display(self) -> None:
+        document = self.bench.document
+        display = document.display
+        states = {
+            "edges": display.edges,
+            "shading": display.shading,
+            "back-faces": not display.back_faces,
+            "game": display.game,
+            "up-y": document.up_axis == 1,
+            "up-z": document.up_axis == 2,
+        }
+        for name, on in states.items():
+            self.bench.registry[name].setChecked(on)
