@@ -64,8 +64,8 @@ def link_bars(regions: Regions, view: RegionView) -> Shapes:
     colors = CIVIDIS.colors(link_mismatch(regions, view), 0.0, link_top(regions, view))
     chosen = np.arange(len(graph.link)) == view.link
     colors[chosen] = SELECTED_COLOR
-    bars = _bars(starts, ends, np.tile(half, 2), np.tile(colors, (2, 1)))
-    return _joined(bars, _diamonds(graph.link_centre, 2.5 * half, colors))
+    rods = bars(starts, ends, np.tile(half, 2), np.tile(colors, (2, 1)))
+    return _joined(rods, _diamonds(graph.link_centre, 2.5 * half, colors))
 
 
 def point_states(regions: Regions, pending: BoolArray | None = None) -> np.ndarray:
@@ -130,18 +130,7 @@ def region_at(regions: Regions, point: Float64Array) -> int:
     return int(inside[np.argmin(volume)])
 
 
-def _bounds(regions: Regions, chosen: Int64Array | None) -> tuple[Float64Array, Float64Array]:
-    graph = regions.graph
-    return (graph.minimum, graph.maximum) if chosen is None else (graph.minimum[chosen], graph.maximum[chosen])
-
-
-def _uniform(color: tuple[int, int, int], count: int) -> UInt8Array:
-    colors = np.empty((count, 3), np.uint8)
-    colors[:] = color
-    return colors
-
-
-def _bars(starts: Float64Array, ends: Float64Array, half: Float64Array, colors: UInt8Array) -> Shapes:
+def bars(starts: Float64Array, ends: Float64Array, half: Float64Array, colors: UInt8Array) -> Shapes:
     """Square bars between points, shape (n, 3) twice: 8 corners and 12 triangles each."""
     along = ends - starts
     length = np.linalg.norm(along, axis=1, keepdims=True)
@@ -156,6 +145,17 @@ def _bars(starts: Float64Array, ends: Float64Array, half: Float64Array, colors: 
     quads = np.array([(i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4)] + [(3, 2, 1, 0), (4, 5, 6, 7)])
     cells = quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
     return corners.astype(np.float32), _for_each(cells, 8, len(starts)), np.repeat(colors, 8, axis=0)
+
+
+def _bounds(regions: Regions, chosen: Int64Array | None) -> tuple[Float64Array, Float64Array]:
+    graph = regions.graph
+    return (graph.minimum, graph.maximum) if chosen is None else (graph.minimum[chosen], graph.maximum[chosen])
+
+
+def _uniform(color: tuple[int, int, int], count: int) -> UInt8Array:
+    colors = np.empty((count, 3), np.uint8)
+    colors[:] = color
+    return colors
 
 
 def _diamonds(centres: Float64Array, radius: Float64Array, colors: UInt8Array) -> Shapes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import math
 from dataclasses import dataclass
 
 
@@ -35,6 +36,8 @@ class RegionView:
         links: Whether links are drawn, coloured by their mismatch.
         points: Whose grid points are drawn.
         centres: Whether the centres of the models are drawn.
+        models: Whether a small sphere, lit by its model, is drawn at the centre of each.
+        deformed: Spheres have the AO as radius and a colour map, rather than being lit as a surface would be.
         through_walls: Whether boxes, links and centres are drawn in front of the surface.
         as_fitted: Models and mismatch before regularisation rather than after it.
         column: Distance at which models are evaluated.
@@ -42,6 +45,7 @@ class RegionView:
         link: The selected boundary; -1 for none.
         probe: Where a model is evaluated, metres from the world's origin; None for no probe.
         probe_region: The region whose model the probe evaluates; -1 for the one that it lies in.
+        azimuth, elevation: The normal that the probe's needle shows, degrees; azimuth 0 is the axis after the up axis.
         probe_size: Radius of the probe's sphere where AO is 1, in metres.
     """
 
@@ -49,6 +53,8 @@ class RegionView:
     links: bool = False
     points: PointSet = PointSet.NONE
     centres: bool = False
+    models: bool = False
+    deformed: bool = False
     through_walls: bool = False
     as_fitted: bool = False
     column: int = 0
@@ -56,7 +62,18 @@ class RegionView:
     link: int = -1
     probe: tuple[float, float, float] | None = None
     probe_region: int = -1
+    azimuth: float = 0.0
+    elevation: float = 90.0
     probe_size: float = 0.5
+
+    def normal(self, up_axis: int) -> tuple[float, float, float]:
+        """The normal of the probe's needle, unit."""
+        azimuth, elevation = math.radians(self.azimuth), math.radians(self.elevation)
+        vector = [0.0, 0.0, 0.0]
+        vector[up_axis] = math.sin(elevation)
+        vector[(up_axis + 1) % 3] = math.cos(elevation) * math.cos(azimuth)
+        vector[(up_axis + 2) % 3] = math.cos(elevation) * math.sin(azimuth)
+        return vector[0], vector[1], vector[2]
 
     @property
     def draws_nothing(self) -> bool:
@@ -66,6 +83,7 @@ class RegionView:
             and not self.links
             and self.points is PointSet.NONE
             and not self.centres
+            and not self.models
             and self.region < 0
             and self.link < 0
             and self.probe is None

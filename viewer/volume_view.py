@@ -133,7 +133,7 @@ def glyph(volume: TreeVolume, voxel: int, column: int) -> tuple[Float32Array, In
     Returns:
         Positions (n, 3), triangles (m, 3) and colours (n, 3).
     """
-    directions, faces = _sphere(_GLYPH_ROWS)
+    directions, faces = unit_sphere(_GLYPH_ROWS)
     sh = np.broadcast_to(volume.sh[voxel, :, column, None], (len(directions), volume.sh.shape[1], 1))
     ao = ambient_obscurance(sh, directions)[:, 0]
     centre = volume.origin + volume.voxel[voxel] * volume.spacing
@@ -156,7 +156,7 @@ def voxel_table(volume: TreeVolume, voxel: int) -> Float32Array:
     return np.array(rows, np.float32)
 
 
-def _sphere(rows: int) -> tuple[Float64Array, Int32Array]:
+def unit_sphere(rows: int) -> tuple[Float64Array, Int32Array]:
     """Unit directions on a latitude-longitude grid and its triangles."""
     polar, angle = np.linspace(0.0, np.pi, rows + 1), np.linspace(0.0, 2.0 * np.pi, 2 * rows + 1)
     theta, phi = np.meshgrid(polar, angle, indexing="ij")

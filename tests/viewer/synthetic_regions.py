@@ -39,7 +39,10 @@ def row_of_regions(count: int = 4, *, columns: int = 2, seed: int = 1, size: flo
     regularised = RegionModels(middle, smooth, ones, fitted.centre_kind, rmse * 1.1)
     before = np.abs(np.diff(coefficients[:, 0, 0] / OPEN, axis=0)).astype(np.float32)
     points = _points(graph, coefficients, columns)
-    return Regions(graph, points, fitted, regularised, before, before / 2, (), np.zeros((0, columns), np.float32))
+    return Regions(
+        graph, points, fitted, regularised, before, before / 2, (), np.zeros((0, columns), np.float32),
+        np.arange(count, dtype=np.int32),
+    )  # fmt: skip
 
 
 def _points(graph: RegionGraph, coefficients: np.ndarray, columns: int) -> RegionPoints:
