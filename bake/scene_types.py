@@ -93,7 +93,21 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True)
 class ObjectKeys:
-    """What a side file or glTF extras may say of one object beyond its role; None: not said."""
+    """What a side file or glTF extras may say of one object beyond its role; None: not said.
+
+    Attributes:
+        two_sided: Whether hits on its backs are proper; True also makes one surface of opposed triangles that share
+            their vertices.
+        offset: How far above its faces rays start, in metres, beyond what rounding asks for.
+        samples: Samples on each of its faces.
+        alpha: Its own smoothing.
+        density: Of a shrub, per metre.
+        transmission: Share of light that passes a tree's triangle.
+        weld: Whether it shares values with objects that it touches.
+        of: Of a level of detail, the path of the finest.
+        normals: "file", or "faces": its vertex normals are ignored, rays leave around each face's own.
+        winding: "file", "normals": faces are turned to the side that their vertex normals show, or "flipped".
+    """
 
     two_sided: bool | None = None
     offset: float | None = None
@@ -103,6 +117,8 @@ class ObjectKeys:
     transmission: float | None = None
     weld: bool | None = None
     of: str | None = None
+    normals: str | None = None
+    winding: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -61,7 +61,7 @@ def exhibits() -> list[Exhibit]:
             defects.below_plane_rays(),
             "Slab",
             (0.0, 0.12, 0.3),
-            {"kind": "normals"},
+            {"kind": "normals", "object": "Slab", "key": "normals", "value": "faces"},
             "The normals on top of the slab lean 80 degrees towards the wall: half of the directions fall below the "
             "face, the rest looks at the wall.",
             {},
@@ -72,7 +72,7 @@ def exhibits() -> list[Exhibit]:
             defects.flipped_normals(),
             "Vase",
             (0.0, 0.5, 0.3),
-            {"kind": "normals"},
+            {"kind": "normals", "object": "Vase", "key": "winding", "value": "normals"},
             "The vase was mirrored: its winding shows inwards, its normals outwards, so that its rays start inside.",
             {},
         ),

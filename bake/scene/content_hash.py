@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import asdict
 
 import numpy as np
 
@@ -26,7 +27,8 @@ class ContentHasher:
         """Hex hash of an object's geometry, transform, role, keys and materials."""
         if item.mesh not in self._meshes:
             self._meshes[item.mesh] = self._mesh_digest(self._scene.meshes[item.mesh])
-        said = repr((item.role.value, item.keys))
+        keys = sorted((name, value) for name, value in asdict(item.keys).items() if value is not None)
+        said = repr((item.role.value, keys))
         return _digest(self._meshes[item.mesh], item.transform.tobytes(), said.encode()).hex()
 
     @staticmethod

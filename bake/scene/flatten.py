@@ -27,6 +27,8 @@ def flatten(scene: Scene, settings: BakeSettings) -> World:
     - A mirroring transform flips the winding; normals go by the inverse transpose.
     - A vertex normal is turned round where it opposes every face around it (`opposing_normals`).
     - A face with an exact twin of opposite winding counts as two-sided (`SharedMesh.face_two_sided`).
+    - An object's keys may turn its faces, drop its normals, or make one surface of opposed triangles that share their
+      vertices (`bake.scene.orientation`); the faces that this makes needless stay, with both flags off.
     - Objects that are neither cast nor received per vertex stay in the world, with both flags off.
     - With the `ground` setting, the last object is the ground plane, a two-sided blocker called `ground`.
 
@@ -53,13 +55,15 @@ def _flatten(scene: Scene, settings: BakeSettings) -> World:
     receives = np.array([item.role.receives_per_vertex for item in objects], np.bool_)[face_object]
     faces = np.empty((placed.first_face[-1], 3), np.int32)
     normals = np.zeros((placed.first_vertex[-1], 3), np.float32)
-    two_sided = np.empty(len(faces), np.bool_)
+    two_sided, needless = np.empty(len(faces), np.bool_), np.zeros(len(faces), np.bool_)
     openness = np.empty(len(faces), np.float32)
     for number, item in enumerate(objects):
         mesh, vertices, own = shared[item.mesh], placed.vertices(number), placed.faces(number)
         matrix, mirrored = _normal_matrix(item.transform)
-        normals[vertices] = unit_vectors(mesh.normals.astype(np.float64) @ matrix.T)
-        faces[own] = (mesh.mesh.faces[:, ::-1] if mirrored else mesh.mesh.faces) + np.int32(vertices.start)
+        sides = mesh.orientation(item.keys)
+        normals[vertices] = unit_vectors(sides.normals.astype(np.float64) @ matrix.T)
+        faces[own] = (sides.faces[:, ::-1] if mirrored else sides.faces) + np.int32(vertices.start)
+        needless[own] = sides.needless
         two_sided[own] = mesh.face_two_sided(item.keys)
         openness[own] = mesh.openness
     lookup = settings.alpha_lookup and bool(sharer.textures)
@@ -69,8 +73,8 @@ def _flatten(scene: Scene, settings: BakeSettings) -> World:
         normals=normals,
         faces=faces,
         face_object=face_object,
-        face_casts=casts,
-        face_samples=receives & samplable_faces(placed.positions, faces, face_object, placed.diagonals),
+        face_casts=casts & ~needless,
+        face_samples=receives & ~needless & samplable_faces(placed.positions, faces, face_object, placed.diagonals),
         face_two_sided=two_sided,
         face_openness=openness,
         first_vertex=placed.first_vertex,

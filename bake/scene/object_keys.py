@@ -11,6 +11,7 @@ from typing import Any
 from bake.errors import SceneError
 from bake.types import ObjectKeys, Role
 
+CHOICES = {"normals": ("file", "faces"), "winding": ("file", "normals", "flipped")}
 KEY_NAMES = tuple(item.name for item in dataclasses.fields(ObjectKeys))
 
 
@@ -57,6 +58,10 @@ def _check_value(name: str, value: Any, where: str) -> Any:
             return _number(name, value, where, high=1e6)
         case "transmission":
             return _number(name, value, where, high=1.0)
+        case "normals" | "winding":
+            if value not in CHOICES[name]:
+                raise _wrong(name, value, where, " or ".join(f'"{choice}"' for choice in CHOICES[name]))
+            return value
         case "of":
             if not isinstance(value, str) or not value:
                 raise _wrong(name, value, where, "the path of the finest level")

@@ -9,7 +9,7 @@ import numpy as np
 
 from bake.scene.alpha import OpennessPyramid
 from bake.scene.coincident import find_coincident
-from bake.scene.normals import opposing_normals
+from bake.scene.orientation import Orientation, oriented, says_orientation
 from bake.scene.surface import referenced_vertices
 from bake.types import (
     BoolArray,
@@ -28,7 +28,7 @@ class SharedMesh:
 
     Attributes:
         mesh: As loaded.
-        normals: Shape (n, 3), float32: the mesh's, turned round where they oppose every face around them.
+        plain: Faces and normals where an object says nothing about them.
         used_positions: Shape (u, 3): positions of the vertices that some face uses.
         two_sided: Shape (m,): by material.
         opposed: Shape (m,): whether a face has an exact twin of opposite winding.
@@ -37,12 +37,16 @@ class SharedMesh:
     """
 
     mesh: Mesh
-    normals: Float32Array
+    plain: Orientation
     used_positions: Float64Array
     two_sided: BoolArray
     opposed: BoolArray
     openness: Float32Array
     texture: Int32Array
+
+    def orientation(self, keys: ObjectKeys) -> Orientation:
+        """Faces and normals as an object's keys want them."""
+        return oriented(self.mesh, keys) if says_orientation(keys) else self.plain
 
     def face_two_sided(self, keys: ObjectKeys) -> BoolArray:
         """Which faces are seen from both sides, shape (m,); the object's own word wins.
@@ -79,12 +83,11 @@ class MeshSharer:
 
     def share(self, mesh: Mesh) -> SharedMesh:
         """Prepares one mesh."""
-        opposing = opposing_normals(mesh.positions, mesh.normals, mesh.faces)
         used = referenced_vertices(mesh.faces, len(mesh.positions))
         texture = self._material_texture[mesh.face_material]
         return SharedMesh(
             mesh=mesh,
-            normals=np.where(opposing[:, None], -mesh.normals, mesh.normals) if opposing.any() else mesh.normals,
+            plain=oriented(mesh, ObjectKeys()),
             used_positions=mesh.positions if used.all() else mesh.positions[used],
             two_sided=self._two_sided[mesh.face_material],
             opposed=find_coincident(mesh.positions, mesh.faces).opposed,

@@ -8,6 +8,7 @@ import numpy as np
 
 from bake.errors import SceneError
 from bake.scene.enclosure import box_corners, enclosing_objects
+from bake.scene.key_findings import key_findings
 from bake.scene.mesh_check import MeshCheck, check_mesh
 from bake.types import Finding, Float64Array, Role, Scene
 
@@ -47,7 +48,13 @@ def find_problems(scene: Scene) -> list[Finding]:
         if item.mesh not in done:
             done.add(item.mesh)
             findings += _mesh_findings(check_mesh(scene.meshes[item.mesh]), item.path, shown[item.mesh])
-    return [*findings, *_transform_findings(scene), *_enclosing_findings(scene, boxes), *_size_findings(scene, boxes)]
+    return [
+        *findings,
+        *key_findings(scene),
+        *_transform_findings(scene),
+        *_enclosing_findings(scene, boxes),
+        *_size_findings(scene, boxes),
+    ]
 
 
 def world_boxes(scene: Scene) -> Float64Array:

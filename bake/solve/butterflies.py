@@ -69,17 +69,21 @@ class Butterflies:
     degenerate: int
 
 
-def find_edges(corners: Int64Array, normals: Float64Array, crease_angle: float) -> Edges:
+def find_edges(
+    corners: Int64Array, normals: Float64Array, crease_angle: float, sampled: BoolArray | None = None
+) -> Edges:
     """Edges and smooth interior edges.
 
     An edge carries a butterfly if exactly two distinct faces meet there and their normals differ by at most the crease
     angle. The order of the corners does not matter: a smooth surface whose winding is inconsistent has opposed normals
-    there, and its two sides are different surfaces. Faces on the same three unknowns with the same side count once.
+    there, and its two sides are different surfaces. Faces on the same three unknowns with the same side count once, and
+    those of them that take no samples not at all if others do.
 
     Args:
         corners: Shape (m, 3), int64, unknowns.
         normals: Shape (m, 3), float64, unit face normals; zero for degenerate faces, which never pair.
         crease_angle: In degrees.
+        sampled: Shape (m,), bool: faces that take samples; all if None.
     """
     tail, head = corners.ravel(), corners[:, [1, 2, 0]].ravel()
     low, high = np.minimum(tail, head), np.maximum(tail, head)
@@ -97,7 +101,7 @@ def find_edges(corners: Int64Array, normals: Float64Array, crease_angle: float) 
         begins, runs = begins[1:], runs[1:]
     ends = np.column_stack(np.divmod(key[begins], size))
 
-    extra = ~_first_of_duplicates(corners, normals)
+    extra = ~_first_of_duplicates(corners, normals, np.ones(len(corners), np.bool_) if sampled is None else sampled)
     if extra.any():
         order = order[~np.repeat(extra, 3)[order]]
         runs = np.bincount(number[order][number[order] >= 0], minlength=len(ends))
@@ -110,13 +114,13 @@ def find_edges(corners: Int64Array, normals: Float64Array, crease_angle: float) 
     return Edges(ends, number.reshape(-1, 3), wings[smooth])
 
 
-def _first_of_duplicates(corners: Int64Array, normals: Float64Array) -> BoolArray:
-    """False for a face that repeats an earlier one: the same unknowns and the same side."""
+def _first_of_duplicates(corners: Int64Array, normals: Float64Array, sampled: BoolArray) -> BoolArray:
+    """False for a face that repeats another on the same unknowns: on the same side, or without samples of its own."""
     first = np.ones(len(corners), np.bool_)
     if not len(corners):
         return first
     low, middle, high = np.sort(corners, axis=1).T
-    order = np.lexsort((high, middle, low))
+    order = np.lexsort((~sampled, high, middle, low))
     low, middle, high = low[order], middle[order], high[order]
     same = np.flatnonzero((low[1:] == low[:-1]) & (middle[1:] == middle[:-1]) & (high[1:] == high[:-1]))
     # runs of faces on one triple: each is held against the first of its run on the same side
@@ -129,6 +133,7 @@ def _first_of_duplicates(corners: Int64Array, normals: Float64Array) -> BoolArra
     back_head = head[same + 1][~facing]
     _, kept = np.unique(back_head, return_index=True)
     first[np.delete(for_back, kept)] = False
+    first[later[~sampled[later] & sampled[head[same + 1]]]] = False
     return first
 
 

@@ -100,7 +100,7 @@ def build_surface(world: World, *, crease_angle: float, weld_instances: bool) ->
     position[unknown[baked]] = world.positions[baked]
 
     normals, area = face_normals(position, corners)
-    edges = find_edges(corners, normals, crease_angle)
+    edges = find_edges(corners, normals, crease_angle, world.face_samples[faces])
     butterflies = unfold(position, corners, edges)
 
     indptr, indices, order = _pattern(edges.ends, butterflies.stencil[:, 2:], count)
