@@ -28,6 +28,8 @@ from bake.stages import StageClock, patiently
 from bake.trace import Tracer, create_tracer
 from bake.types import BakeResult, Finding, Progress, Role, SampleSet, Scene, Tally, VertexField, VertexState, World
 
+_NO_SURFACE = "no surface receives ambient obscurance"
+
 
 @dataclass(frozen=True, slots=True)
 class BakeRequest:
@@ -90,7 +92,7 @@ def bake(
     clock.ran("flatten", f"{world.face_count:,} faces, {world.vertex_count:,} vertices", seconds)
 
     samples, seconds = yield from patiently("samples", lambda: place_samples(world, settings))
-    if len(samples) == 0:
+    if len(samples) == 0 and not _any_decorators(world, settings):
         raise SceneError(
             "nothing receives ambient obscurance", where=str(scene.path), remedy="check the objects' roles"
         )
@@ -108,7 +110,10 @@ def bake(
     valid = tally.valid(settings.back_face_threshold)
     solved, seconds = yield from patiently("solve", lambda: map_to_vertices(world, samples, tally.ao, valid, settings))
     report = solved.report
-    clock.ran("map to vertices", f"{report.unknowns:,} unknowns, {report.iterations} iterations", seconds)
+    if report.unknowns:
+        clock.ran("map to vertices", f"{report.unknowns:,} unknowns, {report.iterations} iterations", seconds)
+    else:
+        clock.skipped("map to vertices", _NO_SURFACE)
     around = yield from resample_surfaces(
         world,
         solved,
@@ -155,6 +160,9 @@ def trace(
 ) -> Generator[Progress, None, Tally]:
     """Traces every sample."""
     tally = Tally.empty(len(samples), settings.distance_count)
+    if len(samples) == 0:
+        clock.skipped("trace", _NO_SURFACE)
+        return tally
     begin, total, seconds = time.perf_counter(), len(samples) * settings.rays, 0.0
     for batch in samples.batches(tracer.batch_size):
         tracer.accumulate(samples, batch, tally)
@@ -162,6 +170,16 @@ def trace(
         yield Progress("trace", done, total, seconds, done / max(seconds, 1e-9))
     clock.ran("trace", f"{settings.rays} rays a sample", seconds, total)
     return tally
+
+
+def _any_decorators(world: World, settings: BakeSettings) -> bool:
+    """Whether a scene without a surface sample has trees, shrubs or small decorators to bake."""
+    baked_by = {Role.TREE: "trees", Role.SHRUB: "decorators", Role.SMALL: "decorators"}
+    has_faces = np.diff(world.first_face) > 0
+    return any(
+        has_faces[number] and role in baked_by and baked_by[role] not in settings.skip
+        for number, role in enumerate(world.object_roles)
+    )
 
 
 def _fog(world: World, settings: BakeSettings, clock: StageClock) -> Generator[Progress, None, FogBoxes | None]:
@@ -197,7 +215,7 @@ def _occluders(world: World, tracer: Tracer) -> str:
         "boxes of fog": tracer.fog_boxes,
         "triangles of trees": tracer.tree_triangles,
     }
-    return ", ".join(f"{count:,} {what}" for what, count in counts.items() if count)
+    return ", ".join(f"{count:,} {what}" for what, count in counts.items() if count) or "nothing casts"
 
 
 def settings_for(scene_path: Path, options: Mapping[str, Any]) -> BakeSettings:

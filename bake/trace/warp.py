@@ -6,7 +6,6 @@ import numpy as np
 
 from bake.decorator_types import FogBoxes
 from bake.devices import Device, worker_count
-from bake.errors import SceneError
 from bake.settings import BakeSettings
 from bake.trace.fused import TracerFused
 from bake.types import World
@@ -21,11 +20,10 @@ class TracerWarp(TracerFused):
         super().__init__(world, settings, device.alias, 1 if device.is_cuda else worker_count(), fog)
         self.device = device.name if device.is_cuda else "cpu"
         self.batch_size = 1 << (18 if device.is_cuda else 11)
-        if len(self.cast_face) == 0:
-            # Warp corrupts its allocator on a mesh without triangles.
-            raise SceneError("no object casts", where="scene", remedy="give at least one object a role that blocks")
         wp = self._warp
-        indices = self._array(world.faces[self.cast_face].ravel(), wp.int32)
+        # Warp corrupts its allocator on a mesh without triangles; where nothing casts it gets one that no ray can hit.
+        blockers = world.faces[self.cast_face] if len(self.cast_face) else np.zeros((1, 3), np.int32)
+        indices = self._array(blockers.ravel(), wp.int32)
         self._mesh = wp.Mesh(
             points=self.positions, indices=indices, bvh_constructor="sah" if not device.is_cuda else None
         )

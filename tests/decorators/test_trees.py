@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bake.decorators import tree_fitter
 from bake.decorators.alone import only
+from bake.decorators.fit import GlobalFit, fit_global
 from bake.decorators.local_ao import StagesLent, representatives
 from bake.decorators.tree_samples import as_sample_set, place, sample_mesh
 from bake.decorators.trees import BakedTrees, bake_trees
@@ -150,8 +152,16 @@ def test_refining_saves_error_and_says_so() -> None:
     assert 0.0 <= baked.models[0].local_ao.min() <= baked.models[0].local_ao.max() <= 1.0
 
 
-def test_two_hundred_random_placements_fit() -> None:
-    """Any rotation, scale 0.01 to 100, mirrored, a single leaf, a flat card: finite, bounded, without a warning."""
+def test_two_hundred_random_placements_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Any rotation, scale 0.01 to 100, mirrored, a single leaf, a flat card: finite, bounded, well conditioned."""
+    conditions: list[float] = []
+
+    def watched(*arguments: np.ndarray) -> GlobalFit:
+        fit = fit_global(*arguments)
+        conditions.extend(fit.condition.tolist())
+        return fit
+
+    monkeypatch.setattr(tree_fitter, "fit_global", watched)
     rng = np.random.default_rng(11)
     meshes = [leaves(), mesh_of(*quad(1.0), "card"), mesh_of(np.eye(3), np.array([[0, 1, 2]]), "leaf")]
     objects = [(mesh_of(*quad(2000.0, -5.0), "ground"), placed(), Role.STATIC)]
@@ -165,6 +175,8 @@ def test_two_hundred_random_placements_fit() -> None:
     baked, _ = bake(scene_of(*objects), quick)
     fits = baked.fits
     assert len(fits.object) == 200
+    assert len(conditions) >= 2 * 200
+    assert max(conditions) <= 1e8
     for values in (fits.coefficients, fits.rmse_global, fits.rmse_product, fits.centre):
         assert np.isfinite(values).all()
     flat = np.isin(fits.object % 3, (2, 0))  # objects 1, 4, … are crowns

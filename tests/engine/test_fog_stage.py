@@ -19,21 +19,28 @@ QUICK = {"rays": "32", "samples-per-face": "2:4", "device": "cpu", "distances": 
 @pytest.fixture
 def scene(tmp_path: Path) -> Path:
     """A floor with a box over each half, as three objects of an OBJ file."""
+    path = tmp_path / "scene.obj"
+    write_obj(
+        path,
+        {
+            "floor": quad(8.0),
+            "left": box((2.0, 1.0, 6.0), centre=(-2.0, 0.6, 0.0)),
+            "right": box((2.0, 1.0, 6.0), centre=(2.0, 0.6, 0.0)),
+        },
+    )
+    return path
+
+
+def write_obj(path: Path, objects: dict[str, tuple[np.ndarray, np.ndarray]]) -> None:
+    """Objects as an OBJ file."""
     lines: list[str] = []
     first = 1
-    objects = {
-        "floor": quad(8.0),
-        "left": box((2.0, 1.0, 6.0), centre=(-2.0, 0.6, 0.0)),
-        "right": box((2.0, 1.0, 6.0), centre=(2.0, 0.6, 0.0)),
-    }
     for name, (positions, faces) in objects.items():
         lines.append(f"o {name}")
         lines += [f"v {x} {y} {z}" for x, y, z in positions]
         lines += [f"f {a} {b} {c}" for a, b, c in faces + first]
         first += len(positions)
-    path = tmp_path / "scene.obj"
     path.write_text("\n".join(lines))
-    return path
 
 
 def bake(scene: Path, roles: dict[str, str], **options: Any) -> BakeResult:
@@ -58,12 +65,29 @@ def floor_mean(result: BakeResult) -> float:
     return float(result.tally.ao[result.world.face_object[result.samples.face] == 0, 0].mean())
 
 
-def test_without_shrubs_and_trees_nothing_is_built(scene: Path) -> None:
-    """The report says that nothing but triangles was built, and why."""
+def test_without_shrubs_and_trees_nothing_is_built_or_cast(scene: Path) -> None:
+    """The report: every stage of decorators skipped, no time, memory or ray of its own, and nothing but triangles."""
     result = bake(scene, {})
     assert row(result, "fog") == StageReport("fog", "skipped", "no shrubs in the scene")
+    assert row(result, "trees") == StageReport("trees", "skipped", "no trees in the scene")
+    assert row(result, "decorators") == StageReport("decorators", "skipped", "no small decorators in the scene")
+    assert row(result, "lods") == StageReport("lods", "skipped", "no lower LODs in the scene")
     assert row(result, "build BVH").why == "26 triangles"
+    assert sum(item.rays for item in result.stages) == row(result, "trace").rays == 32 * len(result.samples)
     assert result.decorators is None
+
+
+def test_coincident_shrubs_darken_as_one(scene: Path) -> None:
+    """Five copies of a shrub in one place leave the floor exactly as bright as a single one."""
+    (one, faces), (floor, under) = box((2.0, 1.0, 6.0), centre=(-2.0, 0.6, 0.0)), quad(8.0)
+    results: list[BakeResult] = []
+    for count in (1, 5):
+        write_obj(scene, {"floor": (floor, under)} | {f"shrub_{i}": (one, faces) for i in range(count)})
+        results.append(bake(scene, {"shrub_*": "shrub"}))
+    single, several = (result.tally.ao for result in results)
+    assert row(results[1], "build BVH").why == "2 triangles, 5 boxes of fog"
+    np.testing.assert_allclose(several, single, atol=1e-6)
+    assert single.min() < 0.9
 
 
 def test_shrubs_darken_the_floor_and_are_stored(scene: Path) -> None:
