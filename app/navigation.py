@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 from PyQt6.QtCore import QObject, QPointF, Qt, QTimer, pyqtSignal
@@ -28,6 +29,22 @@ _FLY_KEYS = {
 }
 
 
+class Gesture(Protocol):
+    """A tool that takes drags of the left button over from the camera."""
+
+    def press(self, event: QMouseEvent) -> bool:
+        """Whether the drag that begins here is the tool's; it then hears of its moves and its end."""
+        ...
+
+    def move(self, event: QMouseEvent) -> None:
+        """The drag goes on."""
+        ...
+
+    def release(self, event: QMouseEvent) -> None:
+        """The drag ends."""
+        ...
+
+
 class Navigation(QObject):
     """Moves a camera by the mouse events of a view.
 
@@ -47,6 +64,9 @@ class Navigation(QObject):
     def __init__(self, view: GLView, pick: Callable[[QPointF], Pick | None]) -> None:
         super().__init__(view)
         self._view, self._pick = view, pick
+        self.gestures: list[Gesture] = []
+        """Tools, the first of which that wants a drag of the left button gets it."""
+        self._gesture: Gesture | None = None
         self.camera = Camera()
         self._press: QPointF | None = None
         self._last = QPointF()
@@ -88,11 +108,16 @@ class Navigation(QObject):
         self._dragging = False
         self._button = event.button()
         self._view.keys_grabbed = self._button is Qt.MouseButton.RightButton
+        if self._button is Qt.MouseButton.LeftButton:
+            self._gesture = next((tool for tool in self.gestures if tool.press(event)), None)
 
     def _on_move(self, event: QMouseEvent) -> None:
         position = event.position()
         if self._press is None:
             self.hovered.emit(position)
+            return
+        if self._gesture is not None:
+            self._gesture.move(event)
             return
         if not self._dragging:
             moved = position - self._press
@@ -111,6 +136,11 @@ class Navigation(QObject):
             self.set_camera(self.camera.looked(-right * self.camera.view_angle, down * self.camera.view_angle))
 
     def _on_release(self, event: QMouseEvent) -> None:
+        gesture, self._gesture = self._gesture, None
+        if gesture is not None:
+            self._press, self._button = None, Qt.MouseButton.NoButton
+            gesture.release(event)
+            return
         was_click = self._press is not None and not self._dragging and self._button is Qt.MouseButton.LeftButton
         self._press = None
         self._held.clear()

@@ -170,7 +170,14 @@ class Viewport(QWidget):
         self.view.update()
 
     def set_shapes(
-        self, name: str, shapes: Shapes | None, *, opacity: float = 1.0, width: float = 1.5, lit: bool = False
+        self,
+        name: str,
+        shapes: Shapes | None,
+        *,
+        opacity: float = 1.0,
+        width: float = 1.5,
+        lit: bool = False,
+        in_front: bool = False,
     ) -> None:
         """Draws lines or faces under a name; None removes them. Their look is that of the first time."""
         if shapes is None:
@@ -179,7 +186,7 @@ class Viewport(QWidget):
                 self.view.update()
             return
         if name not in self._shapes:
-            self._shapes[name] = ShapesActor(opacity=opacity, width=width, lit=lit)
+            self._shapes[name] = ShapesActor(opacity=opacity, width=width, lit=lit, in_front=in_front)
             self.view.renderer.AddActor(self._shapes[name].actor)
         self._shapes[name].set_shapes(*shapes)
         self.view.update()

@@ -10,6 +10,9 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 from bake.types import Float32Array, Int32Array, UInt8Array
 from viewer.actors import vtk_cells, vtk_points
 
+_NEAREST = -66000.0
+"""A shift of depth that outdoes every depth there is."""
+
 
 class ShapesActor:
     """Cells of one kind: pairs of points are lines, three or four are faces.
@@ -18,14 +21,19 @@ class ShapesActor:
         opacity: 1 is solid.
         width: Of lines, in pixels.
         lit: Whether a light shapes them.
+        in_front: Drawn before everything that is not.
     """
 
-    def __init__(self, *, opacity: float = 1.0, width: float = 1.5, lit: bool = False) -> None:
+    def __init__(self, *, opacity: float = 1.0, width: float = 1.5, lit: bool = False, in_front: bool = False) -> None:
         self._data = vtkPolyData()
         mapper = vtkPolyDataMapper()
         mapper.SetInputData(self._data)
         mapper.SetScalarModeToUsePointData()
         mapper.SetColorModeToDirectScalars()
+        if in_front:
+            mapper.SetResolveCoincidentTopologyToPolygonOffset()
+            mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, _NEAREST)
+            mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, _NEAREST)
         self.actor = vtkActor()
         self.actor.SetMapper(mapper)
         self.actor.PickableOff()
