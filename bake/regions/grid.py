@@ -19,8 +19,12 @@ def grid_levels(minimum: Float64Array, maximum: Float64Array) -> Float64Array:
 
 def grid_positions(graph: RegionGraph) -> Float64Array:
     """All grid points in the order of `RegionPoints`, shape (r · GRID³, 3), float64, relative to `World.origin`."""
-    x, y, z = np.moveaxis(grid_levels(graph.minimum, graph.maximum), 1, 0)
-    shape = (len(graph), GRID, GRID, GRID)
-    points = np.empty((*shape, 3))
+    return box_points(graph.minimum, graph.maximum).reshape(-1, 3)
+
+
+def box_points(minimum: Float64Array, maximum: Float64Array) -> Float64Array:
+    """The grid points of each box, boxes of shape (r, 3) → (r, GRID³, 3)."""
+    x, y, z = np.moveaxis(grid_levels(minimum, maximum), 1, 0)
+    points = np.empty((len(minimum), GRID, GRID, GRID, 3))
     points[..., 0], points[..., 1], points[..., 2] = x[:, :, None, None], y[:, None, :, None], z[:, None, None, :]
-    return points.reshape(-1, 3)
+    return points.reshape(-1, GRID**3, 3)

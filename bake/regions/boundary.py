@@ -1,0 +1,74 @@
+"""How far the models of linked regions are apart where they meet."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bake import spherical_harmonics
+from bake.arrays import Float32Array, Float64Array, Int32Array
+from bake.region_types import PARAMETERS, RegionGraph, RegionModels
+from bake.regions.evaluate import AXIS_NORMALS, harmonics
+
+
+def boundary_mismatch(models: RegionModels, graph: RegionGraph) -> Float32Array:
+    """|M_a(b) - M_b(b)| at the middle of each link's boundary, the largest over six axis normals, shape (l, k)."""
+    a, b = graph.link.T
+    apart = harmonics(models, a, graph.link_centre) - harmonics(models, b, graph.link_centre)
+    at_normals = np.einsum("nc,lck->lnk", spherical_harmonics.evaluate(AXIS_NORMALS), apart)
+    return np.abs(at_normals).max(axis=1, initial=0.0).astype(np.float32)
+
+
+def box_gram(minimum: Float64Array, maximum: Float64Array, centre: Float64Array, half: Float64Array) -> Float64Array:
+    """Means over boxes of the products of a model's seven basis functions, offsets in units of `half`.
+
+    In closed form: along one axis the offset u is uniform over [a, b], which gives the means of its positive and its
+    negative part and of their squares; different axes are independent.
+
+    Args:
+        minimum, maximum, centre, half: Shape (r, 3).
+
+    Returns:
+        Shape (r, 7, 7): for parameters d, dᵀ G d is the mean square of the model over the box.
+    """
+    a, b = (minimum - centre) / half, (maximum - centre) / half
+    # A box without extent along an axis has its offset there as the mean.
+    above, below = np.maximum(b, 0.0) - np.maximum(a, 0.0), np.minimum(b, 0.0) - np.minimum(a, 0.0)
+    length = np.maximum(b - a, 1e-12)
+    mean = np.ones((len(a), PARAMETERS))
+    mean[:, 1::2] = above * 0.5 * (np.maximum(b, 0.0) + np.maximum(a, 0.0)) / length
+    mean[:, 2::2] = below * 0.5 * (np.minimum(b, 0.0) + np.minimum(a, 0.0)) / length
+    gram = mean[:, :, None] * mean[:, None, :]
+    square = np.ones((len(a), PARAMETERS))
+    square[:, 1::2] = (np.maximum(b, 0.0) ** 3 - np.maximum(a, 0.0) ** 3) / (3.0 * length)
+    square[:, 2::2] = (np.minimum(b, 0.0) ** 3 - np.minimum(a, 0.0) ** 3) / (3.0 * length)
+    diagonal = np.arange(PARAMETERS)
+    gram[:, diagonal, diagonal] = square
+    positive, negative = diagonal[1::2], diagonal[2::2]
+    gram[:, positive, negative] = gram[:, negative, positive] = 0.0  # never both at one point
+    return gram
+
+
+def group_boxes(graph: RegionGraph, owner: Int32Array) -> tuple[Float64Array, Float64Array]:
+    """Middle and half extents of the box around each owner's regions, shape (r, 3) each; half extents are positive."""
+    low, high = graph.minimum.copy(), graph.maximum.copy()
+    np.minimum.at(low, owner, graph.minimum)
+    np.maximum.at(high, owner, graph.maximum)
+    half = 0.5 * (high - low)
+    return 0.5 * (low + high), np.maximum(half, np.maximum(1e-6 * half.max(axis=1, keepdims=True), 1e-9))
+
+
+def colouring(count: int, ends: Int32Array) -> Int32Array:
+    """A colour for each of `count` nodes so that no edge, shape (e, 2), joins two of one colour; greedy by degree."""
+    neighbours: list[list[int]] = [[] for _ in range(count)]
+    pairs: list[list[int]] = ends.tolist()
+    for a, b in pairs:
+        neighbours[a].append(b)
+        neighbours[b].append(a)
+    colour = [-1] * count
+    for node in sorted(range(count), key=lambda i: -len(neighbours[i])):
+        taken = {colour[other] for other in neighbours[node]}
+        free = 0
+        while free in taken:
+            free += 1
+        colour[node] = free
+    return np.array(colour, np.int32)
