@@ -1,0 +1,146 @@
+"""The part of a boundary between two regions that is open: its area and its middle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bake.region_types import GRID
+from bake.regions.free_space import FreeSpace
+from bake.regions.grid import box_points
+from bake.regions.links import Sections, boundary_sections
+from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
+
+SPACING = 0.4
+"""Metres between the places where a boundary is tried: an ordinary door has several."""
+
+_FEWEST, _MOST = 4, 24  # places along an edge
+_PLACES_AT_ONCE = 1 << 19
+
+
+@dataclass(frozen=True, slots=True)
+class Openings:
+    """What is open between the regions of each pair.
+
+    Attributes:
+        area: Shape (p,), square metres; 0 where nothing is open.
+        centre: Shape (p, 3): the open place nearest the middle of all open ones; NaN where nothing is open.
+    """
+
+    area: Float64Array
+    centre: Float64Array
+
+
+def measure_openings(
+    minimum: Float64Array,
+    maximum: Float64Array,
+    valid: BoolArray,
+    seed: Float64Array,
+    pairs: Int32Array,
+    free: FreeSpace,
+) -> Openings:
+    """How much of each pair's boundary joins the free space of both regions.
+
+    The boundary is tried at evenly spread places. One counts where the gap between the boxes, if there is one, can be
+    crossed, and where a valid grid point, or the seed, of either region can be seen from it.
+
+    Args:
+        minimum, maximum: Shape (r, 3), boxes.
+        valid: Shape (r, GRID³), the valid grid points.
+        seed: Shape (r, 3).
+        pairs: Shape (p, 2).
+        free: What blocks.
+    """
+    sections = boundary_sections(minimum, maximum, pairs)
+    section, places, weight = _places(sections)
+    points = box_points(minimum, maximum)
+    area, moment = np.zeros(len(pairs)), np.zeros((len(pairs), 3))
+    pair = sections.pair[section]
+    is_open = np.zeros(len(places), np.bool_)
+    for begin in range(0, len(places), _PLACES_AT_ONCE):
+        part = slice(begin, begin + _PLACES_AT_ONCE)
+        crossed = _crosses_gap(places[part], sections, section[part], free)
+        still = begin + np.flatnonzero(crossed)
+        for side in (0, 1):
+            region = pairs[pair[still], side]
+            still = still[_joins(places[still], region, minimum, maximum, points, valid, seed, free)]
+        is_open[still] = True
+    area = np.bincount(pair[is_open], weights=weight[is_open], minlength=len(pairs))
+    for axis in range(3):
+        weighted = weight[is_open] * places[is_open, axis]
+        moment[:, axis] = np.bincount(pair[is_open], weights=weighted, minlength=len(pairs))
+    mean = moment / np.where(area > 0.0, area, np.nan)[:, None]
+    return Openings(area, _nearest_places(mean, places[is_open], pair[is_open]))
+
+
+def _places(sections: Sections) -> tuple[Int64Array, Float64Array, Float64Array]:
+    """Places spread over sections: the section of each, shape (n,), position, (n, 3), and its share of area, (n,)."""
+    count = len(sections)
+    other = (sections.axis[:, None] + np.array([1, 2])) % 3
+    row = np.arange(count)[:, None]
+    edge = (sections.maximum - sections.minimum)[row, other]
+    steps = np.clip(np.ceil(edge / SPACING), _FEWEST, _MOST).astype(np.int64)
+    total = steps.prod(axis=1)
+    section = np.repeat(np.arange(count), total)
+    within = np.arange(len(section)) - np.repeat(np.cumsum(total) - total, total)
+    u = (within // steps[section, 1] + 0.5) / steps[section, 0]
+    v = (within % steps[section, 1] + 0.5) / steps[section, 1]
+    places = sections.minimum[section].copy()
+    number = np.arange(len(section))
+    places[number, other[section, 0]] += u * edge[section, 0]
+    places[number, other[section, 1]] += v * edge[section, 1]
+    return section, places, (edge.prod(axis=1) / total)[section]
+
+
+def _crosses_gap(places: Float64Array, sections: Sections, section: Int64Array, free: FreeSpace) -> BoolArray:
+    """Whether one can go straight from box to box at each place."""
+    half = 0.5 * sections.gap[section]
+    crossed = np.ones(len(places), np.bool_)
+    gap = np.flatnonzero(half > 0.0)
+    way = np.zeros((len(gap), 3))
+    way[np.arange(len(gap)), sections.axis[section[gap]]] = half[gap]
+    crossed[gap] = free.clear(places[gap] - way, places[gap] + way)
+    return crossed
+
+
+def _joins(
+    places: Float64Array,
+    region: Int32Array,
+    minimum: Float64Array,
+    maximum: Float64Array,
+    points: Float64Array,
+    valid: BoolArray,
+    seed: Float64Array,
+    free: FreeSpace,
+) -> BoolArray:
+    """Whether each place sees a valid grid point around it, or else the seed, of its region."""
+    size = (maximum - minimum)[region]
+    cell = np.clip((places - minimum[region]) / size * GRID - 0.5, 0.0, GRID - 1.0)
+    low = np.minimum(np.floor(cell).astype(np.int64), GRID - 2)
+    corner = np.array([[c >> 2 & 1, c >> 1 & 1, c & 1] for c in range(8)])
+    index = ((low[:, None] + corner) * np.array([GRID * GRID, GRID, 1])).sum(axis=2)
+    usable = valid[region[:, None], index]
+    away = np.linalg.norm(points[region[:, None], index] - places[:, None], axis=2)
+    away[~usable] = np.inf
+    order = np.argsort(away, axis=1)
+    joined = np.zeros(len(places), np.bool_)
+    for attempt in range(8):
+        chosen = order[:, attempt]
+        ask = np.flatnonzero(~joined & usable[np.arange(len(places)), chosen])
+        if len(ask) == 0:
+            break
+        joined[ask] = free.clear(places[ask], points[region[ask], index[ask, chosen[ask]]])
+    ask = np.flatnonzero(~joined & np.isfinite(seed[region]).all(axis=1))
+    joined[ask] = free.clear(places[ask], seed[region[ask]])
+    return joined
+
+
+def _nearest_places(mean: Float64Array, places: Float64Array, pair: Int64Array) -> Float64Array:
+    """The place of each pair that lies nearest its mean, shape (p, 3): the mean itself may lie in a wall."""
+    centre = np.full(mean.shape, np.nan)
+    away = ((places - mean[pair]) ** 2).sum(axis=1)
+    order = np.lexsort((away, pair))
+    first = order[np.append(True, np.diff(pair[order]) != 0)] if len(order) else order
+    centre[pair[first]] = places[first]
+    return centre
