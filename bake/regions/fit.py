@@ -8,9 +8,9 @@ import numpy as np
 
 from bake.arrays import BoolArray, Float64Array, Int32Array, UInt8Array
 from bake.region_types import GRID, PARAMETERS, CentreKind, RegionGraph, RegionModels, RegionPoints
-from bake.regions.boundary import group_boxes
 from bake.regions.centre_search import search_centres
 from bake.regions.empty import fill_empty
+from bake.regions.gram import group_boxes
 from bake.regions.moments import Moments, squared_error, sum_points
 from bake.settings import BakeSettings
 

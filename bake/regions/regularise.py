@@ -10,9 +10,11 @@ from scipy.sparse import csr_array
 
 from bake.arrays import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array
 from bake.region_types import PARAMETERS, RegionGraph, RegionModels
-from bake.regions.boundary import boundary_mismatch, box_gram, colouring, group_boxes
+from bake.regions.colouring import colouring
 from bake.regions.evaluate import basis
 from bake.regions.fit import RIDGE
+from bake.regions.gram import box_gram, group_boxes
+from bake.regions.mismatch import boundary_mismatch
 
 _SPHERE = 4.0 * math.pi
 _LARGEST_LOBE = 9.0 / _SPHERE  # Σ Y² of the nine functions, the same in every direction: bounds AO by coefficients

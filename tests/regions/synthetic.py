@@ -8,9 +8,9 @@ import numpy as np
 
 from bake import spherical_harmonics
 from bake.region_types import GRID, PointState, RegionGraph, RegionPoints, Regions
-from bake.regions.boundary import boundary_mismatch
 from bake.regions.fit import fit_regions
 from bake.regions.grid import grid_positions
+from bake.regions.mismatch import boundary_mismatch
 from bake.regions.regularise import regularise
 from bake.settings import BakeSettings
 

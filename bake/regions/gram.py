@@ -1,21 +1,11 @@
-"""How far the models of linked regions are apart where they meet."""
+"""Products of a model's basis functions over boxes, and the boxes of regions that share a model."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from bake import spherical_harmonics
-from bake.arrays import Float32Array, Float64Array, Int32Array
-from bake.region_types import PARAMETERS, RegionGraph, RegionModels
-from bake.regions.evaluate import AXIS_NORMALS, harmonics
-
-
-def boundary_mismatch(models: RegionModels, graph: RegionGraph) -> Float32Array:
-    """|M_a(b) - M_b(b)| at the middle of each link's boundary, the largest over six axis normals, shape (l, k)."""
-    a, b = graph.link.T
-    apart = harmonics(models, a, graph.link_centre) - harmonics(models, b, graph.link_centre)
-    at_normals = np.einsum("nc,lck->lnk", spherical_harmonics.evaluate(AXIS_NORMALS), apart)
-    return np.abs(at_normals).max(axis=1, initial=0.0).astype(np.float32)
+from bake.arrays import Float64Array, Int32Array
+from bake.region_types import PARAMETERS, RegionGraph
 
 
 def box_gram(minimum: Float64Array, maximum: Float64Array, centre: Float64Array, half: Float64Array) -> Float64Array:
@@ -55,20 +45,3 @@ def group_boxes(graph: RegionGraph, owner: Int32Array) -> tuple[Float64Array, Fl
     np.maximum.at(high, owner, graph.maximum)
     half = 0.5 * (high - low)
     return 0.5 * (low + high), np.maximum(half, np.maximum(1e-6 * half.max(axis=1, keepdims=True), 1e-9))
-
-
-def colouring(count: int, ends: Int32Array) -> Int32Array:
-    """A colour for each of `count` nodes so that no edge, shape (e, 2), joins two of one colour; greedy by degree."""
-    neighbours: list[list[int]] = [[] for _ in range(count)]
-    pairs: list[list[int]] = ends.tolist()
-    for a, b in pairs:
-        neighbours[a].append(b)
-        neighbours[b].append(a)
-    colour = [-1] * count
-    for node in sorted(range(count), key=lambda i: -len(neighbours[i])):
-        taken = {colour[other] for other in neighbours[node]}
-        free = 0
-        while free in taken:
-            free += 1
-        colour[node] = free
-    return np.array(colour, np.int32)
