@@ -24,13 +24,16 @@ class Fate:
     """Where a ray ended.
 
     `distance` is that of the face that stopped it, or `t_max` where none did (`stopped` 0). `struck` and `back` tell of
-    the first face it met, whether or not that stopped it.
+    the first face it met, whether or not that stopped it. `stopper` and `first` are those faces' primitives, and mean
+    nothing where there is none.
     """
 
     distance: wp.float32
     stopped: wp.int32
     struck: wp.int32
     back: wp.int32
+    stopper: wp.int32
+    first: wp.int32
 
 
 @wp.func
@@ -77,12 +80,14 @@ def follower(closest_hit: Any, leaks_at_vertices: bool) -> Any:
                 break
             if layer == 0:
                 fate.struck = 1
+                fate.first = hit.primitive
                 if strikes_back(surface, hit):
                     fate.back = 1
             through = through * openness_at(surface, hit.primitive, hit.weights)
             if through <= threshold or layer == MAX_LAYERS - 1:
                 fate.distance = hit.distance
                 fate.stopped = 1
+                fate.stopper = hit.primitive
                 break
             t_min = hit.distance * NEXT_AFTER + TINY_STEP
         return fate

@@ -85,6 +85,10 @@ class VertexMapper:
         """
         return self._equations(ao, valid)[1].system(self._settings.alpha if alpha is None else alpha)
 
+    def equations(self, ao: Float32Array, valid: BoolArray) -> Equations:
+        """What the samples add up to, whatever alpha is; arguments as for `system`."""
+        return self._equations(ao, valid)[1]
+
     def solve(
         self,
         ao: Float32Array,
