@@ -9,6 +9,7 @@ import numpy as np
 from bake.types import BoolArray, Float64Array, Int32Array, Regions
 from bake.walk.boxes import Boxes
 from bake.walk.frames import Frames, frames_along
+from bake.walk.lag import Leavings, leavings
 from bake.walk.spatial import SpatialBlend, Weights
 from bake.walk.tags import tag_regions
 from bake.walk.types import WalkPath
@@ -27,6 +28,7 @@ class Course:
         place: Shape (n, 3): where the tagged region's model is evaluated: in its box, where the character is outside.
         weights: What the regions around count in the spatial blend.
         weighed_place: Shape (w, 3): where the model of each row of the weights is evaluated.
+        leavings: What the regions count around the moments at which they are left.
     """
 
     path: WalkPath
@@ -38,6 +40,7 @@ class Course:
     place: Float64Array
     weights: Weights
     weighed_place: Float64Array
+    leavings: Leavings
 
 
 def lay_out(regions: Regions, path: WalkPath, *, speed: float, frame_rate: float) -> Course:
@@ -50,8 +53,8 @@ def lay_out(regions: Regions, path: WalkPath, *, speed: float, frame_rate: float
     boxes = Boxes(regions.graph, regions.points)
     region, inside = tag_regions(regions.graph, boxes, frames.position, frames.teleported)
     place = boxes.clamped(region, frames.position)
-    # Outside of all boxes the nearest place inside decides, so that nothing jumps at the outermost faces.
-    weights = SpatialBlend(regions.graph, boxes).weights(np.where(inside[:, None], frames.position, place), region)
+    weights = SpatialBlend(regions.graph, boxes).weights(frames.position, place, region)
     rows = np.repeat(np.arange(len(frames)), np.diff(weights.first))
     weighed = boxes.clamped(weights.region, frames.position[rows])
-    return Course(path, speed, frame_rate, frames, region, inside, place, weights, weighed)
+    left = leavings(region, frames.teleported, weights, frame_rate=frame_rate)
+    return Course(path, speed, frame_rate, frames, region, inside, place, weights, weighed, left)

@@ -6,23 +6,18 @@ import math
 
 import numpy as np
 
-from bake.types import Float64Array, Int64Array
 from bake.walk.course import Course
+from bake.walk.lag import crossings
 from bake.walk.steps import codes, steps
 from bake.walk.types import WalkMetrics
-
-_ARRIVED = 0.1
-_LEAST_JUMP = 0.01
 
 
 def measure(
     ao: np.ndarray,
     truth: np.ndarray | None,
     course: Course,
-    crossed: Int64Array,
-    jumps: Float64Array,
-    target: np.ndarray,
     *,
+    lag: float,
     pops: int,
 ) -> WalkMetrics:
     """Metrics of one variant over all frames and normals.
@@ -31,16 +26,14 @@ def measure(
         ao: Its AO, shape (n, m), in [0, 1].
         truth: What was traced, shape (n, m), NaN where it does not count; or None.
         course: The walk.
-        crossed: Frames on which the region changed, shape (c,).
-        jumps: What changes there all at once, shape (c, m).
-        target: What the variant lags behind, shape (n, m): the models as they are.
+        lag: As `bake.walk.lag` found it, s.
         pops: How many were found.
     """
     teleported = course.frames.teleported
     every = np.abs(steps(ao, teleported))[~teleported]
     in_codes = np.abs(steps(codes(ao), teleported))
     largest = every.max(axis=1) if len(every) else np.zeros(1)
-    at_boundary = np.abs(steps(ao, teleported))[crossed]
+    at_boundary = np.abs(steps(ao, teleported))[crossings(course.region, teleported)]
     median = float(np.median(largest))
     errors = np.empty(0) if truth is None else np.abs(ao.astype(np.float64) - truth)
     errors = errors[np.isfinite(errors)]
@@ -51,7 +44,7 @@ def measure(
         worst_boundary_step=float(at_boundary.max()) if at_boundary.size else 0.0,
         jump_ratio=float(largest.max()) / median if median > 0.0 else math.nan,
         excess_variation=math.nan if truth is None else _excess(ao, truth, teleported),
-        lag=_lag(ao, target, course, crossed, jumps),
+        lag=lag,
         mean_error=float(errors.mean()) if errors.size else math.nan,
         max_error=float(errors.max()) if errors.size else math.nan,
         pops=pops,
@@ -64,24 +57,3 @@ def _excess(ao: np.ndarray, truth: np.ndarray, teleported: np.ndarray) -> float:
     known = np.isfinite(real)
     total = float(real[known].sum())
     return float(np.abs(steps(ao, teleported))[known].sum()) / total if total > 0.0 else math.nan
-
-
-def _lag(ao: np.ndarray, target: np.ndarray, course: Course, crossed: Int64Array, jumps: Float64Array) -> float:
-    """Median seconds from a crossing until less than a tenth of its jump is missing, about the normal that jumps most.
-
-    A character that has crossed the next boundary by then counts with what it had until there.
-    """
-    ends = np.append(crossed[1:], len(ao))
-    begun = np.flatnonzero(course.frames.teleported)
-    waits: list[int] = []
-    for row, (begin, end) in enumerate(zip(crossed.tolist(), ends.tolist(), strict=True)):
-        column = int(np.abs(jumps[row]).argmax())
-        jump = abs(float(jumps[row, column]))
-        if jump < _LEAST_JUMP:
-            continue
-        later = begun[begun > begin]
-        end = min(end, int(later[0])) if len(later) else end
-        missing = np.abs(ao[begin:end, column] - target[begin:end, column])
-        there = np.flatnonzero(missing <= _ARRIVED * jump)
-        waits.append(int(there[0]) if len(there) else end - begin)
-    return float(np.median(waits)) / course.frame_rate if waits else math.nan

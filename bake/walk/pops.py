@@ -6,6 +6,7 @@ import numpy as np
 
 from bake.types import Float64Array, Int64Array
 from bake.walk.course import Course
+from bake.walk.lag import crossings
 from bake.walk.steps import codes, steps
 from bake.walk.types import Pop, Variant
 
@@ -40,7 +41,7 @@ def find_pops(variant: Variant, ao: np.ndarray, course: Course) -> list[Pop]:
     if not len(frames):
         return []
     changes = steps(ao, teleported)
-    crossed = crossings(course)
+    crossed = crossings(course.region, teleported)
     foreseen = variant in (Variant.SPATIAL, Variant.SPATIAL_BLENDED)
     pops: list[Pop] = []
     for frame in frames.tolist():
@@ -49,11 +50,6 @@ def find_pops(variant: Variant, ao: np.ndarray, course: Course) -> list[Pop]:
         time, step = float(course.frames.time[frame]), float(changes[frame, column])
         pops.append(Pop(variant, frame, time, before, after, column, step, float(largest[frame])))
     return sorted(pops, key=lambda pop: (-pop.codes, pop.frame))
-
-
-def crossings(course: Course) -> Int64Array:
-    """Frames on which the character has a new region without having teleported."""
-    return np.flatnonzero((np.diff(course.region, prepend=course.region[:1]) != 0) & ~course.frames.teleported)
 
 
 def _stands_out(largest: Float64Array, teleported: np.ndarray, frame: int, window: int) -> bool:

@@ -7,10 +7,11 @@ import numpy as np
 from bake.errors import InputError
 from bake.types import Float32Array, Regions
 from bake.walk.course import Course, lay_out
+from bake.walk.lag import lag
 from bake.walk.metrics import measure
-from bake.walk.pops import crossings, find_pops
+from bake.walk.pops import find_pops
 from bake.walk.types import PathTruth, Pop, Variant, Walk, WalkMetrics, WalkOptions, WalkPath
-from bake.walk.variants import jumps_at, variants_along
+from bake.walk.variants import variants_along
 
 
 def simulate(
@@ -47,7 +48,7 @@ def simulate(
         course = lay_out(regions, path, speed=options.speed, frame_rate=options.frame_rate)
     exact = variants_along(regions, course, options, truth)
     ao = {variant: np.clip(values, 0.0, 1.0).astype(np.float32) for variant, values in exact.items()}
-    pops, metrics = _judged(regions, course, options, ao)
+    pops, metrics = _judged(course, options, ao)
     frames = course.frames
     return Walk(
         options=options,
@@ -64,18 +65,28 @@ def simulate(
 
 
 def _judged(
-    regions: Regions, course: Course, options: WalkOptions, ao: dict[Variant, Float32Array]
+    course: Course, options: WalkOptions, ao: dict[Variant, Float32Array]
 ) -> tuple[tuple[Pop, ...], dict[Variant, WalkMetrics]]:
-    truth, crossed = ao.get(Variant.TRUTH), crossings(course)
-    jumps = jumps_at(regions, course, options, crossed)
+    truth = ao.get(Variant.TRUTH)
     pops: list[Pop] = []
     metrics: dict[Variant, WalkMetrics] = {}
     for variant, values in ao.items():
         # The truth has no boundaries; what it jumps by is the level's own.
         found = [] if variant is Variant.TRUTH else find_pops(variant, values, course)
-        target = ao[Variant.RAW] if variant is Variant.RAW else ao[Variant.REGULARISED]
-        if variant is Variant.TRUTH:
-            target = values
-        metrics[variant] = measure(values, truth, course, crossed, jumps, target, pops=len(found))
+        metrics[variant] = measure(values, truth, course, lag=_lag(variant, course, options), pops=len(found))
         pops += found
     return tuple(sorted(pops, key=lambda pop: (-pop.codes, pop.frame, pop.variant))), metrics
+
+
+def _lag(variant: Variant, course: Course, options: WalkOptions) -> float:
+    if variant is Variant.TRUTH:
+        return 0.0
+    in_space = variant in (Variant.SPATIAL, Variant.SPATIAL_BLENDED)
+    in_time = variant in (Variant.BLENDED, Variant.SPATIAL_BLENDED)
+    left = course.leavings
+    return lag(
+        left.spatial if in_space else left.tagged,
+        left.before,
+        frame_rate=course.frame_rate,
+        half_life=options.half_life if in_time else 0.0,
+    )

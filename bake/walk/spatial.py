@@ -3,8 +3,9 @@
 A region weighs smoothstep(d / m) at the distance d inside its box, with a margin m of half a metre or a fifth of the
 box's edge, whichever is less. Where linked boxes only touch, or overlap by less than the margin, that would be 0 for
 both: around what they share each is grown by m, and weighs smoothstep((d + m) / 2m). Elsewhere boxes stay as they are,
-so that nothing leaks through walls. What a region cannot reach from its seed weighs next to nothing. Weights are
-normalised. They are continuous wherever a character can go from one box to the next through a link.
+so that nothing leaks through walls. Between linked boxes that a gap divides, such as the two sides of a doorway, the
+margin is no less than the gap. What a region cannot reach from its seed weighs next to nothing. Weights are normalised,
+and continuous wherever a character can go from one box to the next through a link.
 """
 
 from __future__ import annotations
@@ -48,20 +49,23 @@ class SpatialBlend:
 
     def __init__(self, graph: RegionGraph, boxes: Boxes) -> None:
         self._boxes = boxes
-        self._margin = np.minimum(LARGEST_MARGIN, MARGIN_SHARE * boxes.size)
         self._first_gate, self._gate_low, self._gate_high = self._gates(graph)
+        self._margin = np.maximum(np.minimum(LARGEST_MARGIN, MARGIN_SHARE * boxes.size), 1.02 * _gaps(graph))
 
-    def weights(self, points: Float64Array, tagged: Int32Array) -> Weights:
+    def weights(self, points: Float64Array, nearest: Float64Array, tagged: Int32Array) -> Weights:
         """Weights of the regions around points.
 
         Args:
-            points: Shape (n, 3), metres relative to `World.origin`; in or near some box.
-            tagged: Shape (n,): the region that counts where no other does.
+            points: Shape (n, 3), metres relative to `World.origin`.
+            nearest: Shape (n, 3): a place in some box, for points around which no region counts.
+            tagged: Shape (n,): the region that counts where no other does even there.
         """
-        point, region = self._near(points)
-        value = self._value(point, region, points)
-        total = np.bincount(point, value, len(points))
-        lost = np.flatnonzero(total <= 0.0)
+        point, region, value = self._counting(points)
+        outside = np.flatnonzero(np.bincount(point, value, len(points)) <= 0.0)
+        more, around, counts = self._counting(nearest[outside])
+        point, region = np.concatenate([point, outside[more]]), np.concatenate([region, around])
+        value = np.concatenate([value, counts])
+        lost = np.flatnonzero(np.bincount(point, value, len(points)) <= 0.0)
         point, region = np.concatenate([point, lost]), np.concatenate([region, tagged[lost]])
         value = np.concatenate([value, np.ones(len(lost))])
         kept = np.flatnonzero(value > 0.0)
@@ -71,6 +75,11 @@ class SpatialBlend:
         total = np.bincount(point, value, len(points))
         first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
         return Weights(first, region[kept].astype(np.int32), value / total[point])
+
+    def _counting(self, points: Float64Array) -> tuple[Int64Array, Int64Array, Float64Array]:
+        """Pairs of points and regions, and what the regions count there before all is normalised."""
+        point, region = self._near(points)
+        return point, region, self._value(point, region, points)
 
     def _near(self, points: Float64Array) -> tuple[Int64Array, Int64Array]:
         """Pairs of points and regions whose grown boxes hold them."""
@@ -122,6 +131,17 @@ class SpatialBlend:
         order = np.argsort(owner, kind="stable")
         first = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=len(graph)))]).astype(np.int64)
         return first, np.concatenate([low, low])[order], np.concatenate([high, high])[order]
+
+
+def _gaps(graph: RegionGraph) -> Float64Array:
+    """How far each region is from linked neighbours that it does not touch, shape (r, 3): a wall, along each axis."""
+    gaps = np.zeros((len(graph), 3))
+    a, b = graph.link.reshape(-1, 2).T
+    apart = np.maximum(graph.minimum[a], graph.minimum[b]) - np.minimum(graph.maximum[a], graph.maximum[b])
+    apart[apart > LARGEST_MARGIN] = 0.0  # no wall: whoever linked these regions meant something else
+    np.maximum.at(gaps, a, apart)
+    np.maximum.at(gaps, b, apart)
+    return gaps
 
 
 def smoothstep(x: Float64Array) -> Float64Array:

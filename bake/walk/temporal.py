@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from bake.types import BoolArray, Float64Array
+
+_LARGEST_POWER = 500.0  # e to it is still far from what float64 cannot hold
 
 
 def blend_in_time(values: Float64Array, teleported: BoolArray, *, frame_time: float, half_life: float) -> Float64Array:
@@ -24,12 +28,17 @@ def blend_in_time(values: Float64Array, teleported: BoolArray, *, frame_time: fl
     """
     if half_life <= 0.0 or not len(values):
         return values
-    from scipy.signal import lfilter
-
-    share = -np.expm1(-np.log(2.0) * frame_time / half_life)
+    decay = math.log(2.0) * frame_time / half_life
+    # y_t = q^t (y_0 + (1 - q) Σ q^-s x_s), in parts short enough for q^-s; the largest terms are the latest, so that
+    # nothing is lost to rounding.
+    size = max(1, int(_LARGEST_POWER / decay))
     blended = np.empty_like(values)
     firsts = np.union1d([0], np.flatnonzero(teleported))
-    for begin, end in zip(firsts, np.append(firsts[1:], len(values)), strict=True):
-        start = (1.0 - share) * values[begin][None]
-        blended[begin:end] = lfilter([share], [1.0, share - 1.0], values[begin:end], axis=0, zi=start)[0]
+    for first, end in zip(firsts.tolist(), [*firsts[1:].tolist(), len(values)], strict=True):
+        blended[first] = values[first]
+        for begin in range(first + 1, end, size):
+            part = values[begin : min(begin + size, end)]
+            grown = np.exp(decay * np.arange(1, len(part) + 1))[:, None]
+            summed = np.cumsum(part * grown, axis=0) * -math.expm1(-decay)
+            blended[begin : begin + len(part)] = (blended[begin - 1] + summed) / grown
     return blended

@@ -156,7 +156,7 @@ class WalkMetrics:
         worst_boundary_step: Largest step on a frame on which the region changed.
         jump_ratio: Largest over median step.
         excess_variation: Σ|step| over that of the truth.
-        lag: Seconds until nine tenths of a boundary's jump have arrived; the median over jumps.
+        lag: Seconds from a boundary until the region that was left counts a tenth or less; the median.
         mean_error, max_error: |AO - truth|.
         pops: How many were found.
     """

@@ -6,7 +6,7 @@ import numpy as np
 
 from bake import spherical_harmonics
 from bake.regions.evaluate import basis
-from bake.types import Float64Array, Int32Array, Int64Array, Regions
+from bake.types import Float64Array, Int32Array, Regions
 from bake.walk.course import Course
 from bake.walk.temporal import blend_in_time
 from bake.walk.truth import truth_along
@@ -32,24 +32,6 @@ def variants_along(
     if truth is not None:
         found[Variant.TRUTH] = truth_along(truth, course.frames, lobes, options.column)
     return found
-
-
-def jumps_at(regions: Regions, course: Course, options: WalkOptions, frames: Int64Array) -> Float64Array:
-    """What changes, all at once, as the character goes from its last region to the next, shape (c, 7).
-
-    The regularised model of the new region less that of the old one, both where the character now is.
-
-    Args:
-        regions: The regions.
-        course: The walk.
-        options: What is looked at.
-        frames: Shape (c,): frames on which the region changed.
-    """
-    lobes = spherical_harmonics.evaluate(options.normals)
-    models = _about(regions.regularised.coefficients[..., options.column], lobes)
-    place = course.place[frames]
-    after = _at(models, regions.regularised.centre, course.region[frames], place)
-    return after - _at(models, regions.regularised.centre, course.region[frames - 1], place)
 
 
 def _blended(values: Float64Array, course: Course, options: WalkOptions) -> Float64Array:
