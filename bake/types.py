@@ -170,6 +170,10 @@ class SampleSet:
         for begin in range(0, len(self), size):
             yield slice(begin, min(begin + size, len(self)))
 
+    def only(self, rows: Int64Array) -> SampleSet:
+        """Some of the samples, in the order of `rows`, which need not be sorted: they send the same rays."""
+        return SampleSet(self.face[rows], self.barycentric[rows], self.area[rows], self.index[rows], self.face_seed)
+
 
 @dataclass(frozen=True, slots=True)
 class Tally:

@@ -11,6 +11,7 @@ import numpy as np
 
 from bake.errors import SettingsError
 from bake.settings import BakeSettings
+from bake.trace.records import RayRecords
 from bake.types import BoolArray, Float32Array, Int32Array, SampleSet, Tally, UInt16Array, UInt32Array, World
 
 
@@ -124,6 +125,25 @@ class Tracer(ABC):
 
         Raises:
             SettingsError: `directions` is out of its bounds.
+        """
+
+    @abstractmethod
+    def record(self, samples: SampleSet) -> RayRecords:
+        """The rays of some samples one by one, exactly as `accumulate` sends them.
+
+        Keep it to some thousand samples: 64 rays of one take 3 kB.
+        """
+
+    @abstractmethod
+    def meets(self, samples: SampleSet, wanted: int, low: Float32Array, high: Float32Array) -> BoolArray:
+        """Which samples have a ray that meets an object, shape (n,): those that would change without it.
+
+        Args:
+            samples: Shape (n,).
+            wanted: Object whose casting faces a ray must strike, whether or not one stops it; -1 if crossing a box is
+                enough, as for fog and trees.
+            low, high: Shape (b, 3) each, float32, relative to `World.origin`: boxes around the object; rays that miss
+                them all are not followed.
         """
 
     def points_at_once(self, directions: int) -> int:

@@ -7,6 +7,7 @@ at a tracer and not at its input.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,9 +17,32 @@ from bake.low_discrepancy import owen_sobol, thresholds
 from bake.settings import BakeSettings, Kernel
 from bake.trace.base import Hits, SphereTally, Tracer, check_directions
 from bake.trace.brute_veil import PlainVeil
-from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SampleSet, Tally, UInt32Array, World
+from bake.trace.records import RayRecords
+from bake.types import (
+    BoolArray,
+    Float32Array,
+    Float64Array,
+    Int32Array,
+    Int64Array,
+    SampleSet,
+    Tally,
+    UInt32Array,
+    World,
+)
 
 _PAIRS = 1 << 21  # ray-triangle pairs at a time: 16 MB an array
+
+
+class _Followed(NamedTuple):
+    """What became of n rays: all shape (n,), but for the last."""
+
+    open_share: Float64Array  # shape (n, k)
+    met: BoolArray
+    back: BoolArray
+    end: Float64Array
+    stopper: Int64Array
+    passes: Float64Array
+    layers: list[tuple[Int64Array, Int32Array]]  # rays and the faces that they struck, layer by layer
 
 
 class TracerBrute(Tracer):
@@ -42,10 +66,10 @@ class TracerBrute(Tracer):
     def accumulate(self, samples: SampleSet, batch: slice, tally: Tally) -> None:
         """Traces a batch; see `Tracer.accumulate`."""
         rays = self.settings.rays
-        open_share, struck, back = self._follow(*sample_rays(self.world, samples, batch, rays), trees=True)
-        tally.ao[batch] = np.clip(open_share.reshape(-1, rays, self.settings.distance_count).mean(1), 0.0, 1.0)
-        tally.hits[batch] = struck.reshape(-1, rays).sum(1)
-        tally.back_faces[batch] = back.reshape(-1, rays).sum(1)
+        found = self._follow(*sample_rays(self.world, samples, batch, rays), trees=True)
+        tally.ao[batch] = np.clip(found.open_share.reshape(-1, rays, self.settings.distance_count).mean(1), 0.0, 1.0)
+        tally.hits[batch] = found.met.reshape(-1, rays).sum(1)
+        tally.back_faces[batch] = found.back.reshape(-1, rays).sum(1)
         tally.rays[batch] = rays
 
     def transmittance(self, origins: Float32Array, directions: Float32Array, distance: float) -> Float32Array:
@@ -62,38 +86,81 @@ class TracerBrute(Tracer):
         index, seed = np.tile(np.arange(directions), len(points)), np.repeat(seeds, directions)
         ways = geometry.sphere_direction(*owen_sobol(index, seed))
         origins = np.repeat(points.astype(np.float64), directions, axis=0)
-        open_share, struck, back = self._follow(origins, ways, thresholds(index, seed), trees=trees)
+        found = self._follow(origins, ways, thresholds(index, seed), trees=trees)
         basis = spherical_harmonics.evaluate(ways).reshape(len(points), directions, spherical_harmonics.COUNT)
-        open_share = open_share.reshape(len(points), directions, self.settings.distance_count)
+        open_share = found.open_share.reshape(len(points), directions, self.settings.distance_count)
         return SphereTally(
             sh=(4.0 * math.pi / directions * np.einsum("ndc,ndk->nck", basis, open_share)).astype(np.float32),
             directions=directions,
-            hits=struck.reshape(-1, directions).sum(1).astype(np.uint16),
-            back_faces=back.reshape(-1, directions).sum(1).astype(np.uint16),
+            hits=found.met.reshape(-1, directions).sum(1).astype(np.uint16),
+            back_faces=found.back.reshape(-1, directions).sum(1).astype(np.uint16),
         )
 
     def nearest(self, origins: Float32Array, directions: Float32Array, t_max: float) -> Hits:
         """Closest hits; see `Tracer.nearest`."""
         return self._closest(origins.astype(np.float64), directions.astype(np.float64), np.zeros(len(origins)), t_max)
 
+    def record(self, samples: SampleSet) -> RayRecords:
+        """Rays one by one; see `Tracer.record`."""
+        rays = self.settings.rays
+        drawn = drawn_rays(self.world, samples, slice(0, len(samples)), rays)
+        directions = geometry.above_face(drawn.directions, drawn.face_normals)
+        found = self._follow(drawn.origins, directions, drawn.thresholds, trees=True)
+        ray, crossed, depth = self._veil.crossings(drawn.origins, directions, found.end)
+        first = np.full(len(directions), -1, np.int32)
+        if found.layers:
+            first[found.layers[0][0]] = found.layers[0][1]
+        shape = (len(samples), rays)
+        return RayRecords(
+            origin=drawn.origins[::rays].astype(np.float32),
+            direction=directions.astype(np.float32).reshape(*shape, 3),
+            distance=found.end.astype(np.float32).reshape(shape),
+            face=found.stopper.astype(np.int32).reshape(shape),
+            first_face=first.reshape(shape),
+            back=found.back.reshape(shape),
+            mirrored=(np.einsum("ij,ij->i", drawn.directions, drawn.face_normals) < 0.0).reshape(shape),
+            passes=found.passes.astype(np.float32).reshape(shape),
+            crossed_ray=ray,
+            crossed_object=crossed,
+            crossed_depth=depth.astype(np.float32),
+        )
+
+    def meets(self, samples: SampleSet, wanted: int, low: Float32Array, high: Float32Array) -> BoolArray:
+        """Which samples have a ray that meets an object; see `Tracer.meets`."""
+        rays = self.settings.rays
+        origins, directions, threshold = sample_rays(self.world, samples, slice(0, len(samples)), rays)
+        near = np.zeros(len(origins), np.bool_)
+        inverse = 1.0 / np.where(np.abs(directions) < 1e-20, 1e-20, directions)
+        for lowest, highest in zip(low.astype(np.float64), high.astype(np.float64), strict=True):
+            a, b = (lowest - origins) * inverse, (highest - origins) * inverse
+            enter = np.maximum(np.minimum(a, b).max(1), 0.0)
+            near |= enter <= np.minimum(np.maximum(a, b).min(1), self.settings.trace_distance) + 1e-6
+        if wanted >= 0:
+            struck = np.zeros(len(origins), np.bool_)
+            for ray, face in self._follow(origins, directions, threshold, trees=False).layers:
+                struck[ray] |= self.world.face_object[face] == wanted
+            near &= struck
+        return np.asarray(near.reshape(-1, rays).any(axis=1))
+
     def close(self) -> None:
         """Holds nothing that needs freeing."""
 
     def _follow(
         self, origins: Float64Array, directions: Float64Array, threshold: Float64Array, *, trees: bool
-    ) -> tuple[Float64Array, BoolArray, BoolArray]:
-        """Open share of each ray, shape (n, k); whether it met a face at all, and the back of a one-sided one, (n,)."""
+    ) -> _Followed:
         blocked = np.zeros((len(origins), self.settings.distance_count))
         end = np.full(len(origins), self.settings.trace_distance)
         through, t_min = np.ones(len(origins)), np.zeros(len(origins))
         met, back = np.zeros(len(origins), np.bool_), np.zeros(len(origins), np.bool_)
+        stopper, layers = np.full(len(origins), -1), list[tuple[Int64Array, Int32Array]]()
         active = np.arange(len(origins))
         for layer in range(geometry.MAX_LAYERS):
             hits = self._closest(origins[active], directions[active], t_min[active], self.settings.trace_distance)
             struck = hits.face >= 0
             if layer == 0:
                 met, back = struck, struck & self._back_faces(hits)
-            active = active[struck]
+            active, face = active[struck], hits.face[struck]
+            layers.append((active, face))
             distance = hits.distance[struck].astype(np.float64)
             through[active] *= self._openness(hits, struck)
             stopped = through[active] <= threshold[active]
@@ -101,12 +168,13 @@ class TracerBrute(Tracer):
                 stopped[:] = True
             blocked[active[stopped]] = self._blocked_share(distance[stopped])
             end[active[stopped]] = distance[stopped]
+            stopper[active[stopped]] = face[stopped]
             t_min[active] = distance * (1.0 + 4.0 * 2.0**-24) + 1e-7
             active = active[~stopped]
             if len(active) == 0:
                 break
-        depth = self._veil.depth(origins, directions, end, trees=trees)
-        return (1.0 - blocked) * np.exp(-depth)[:, None], met, back
+        passes: Float64Array = np.exp(-self._veil.depth(origins, directions, end, trees=trees))
+        return _Followed((1.0 - blocked) * passes[:, None], met, back, end, stopper, passes, layers)
 
     def _closest(self, origins: Float64Array, directions: Float64Array, t_min: Float64Array, t_max: float) -> Hits:
         parts = [
@@ -179,10 +247,25 @@ class TracerBrute(Tracer):
         return np.exp(distance[:, None] * rates)
 
 
+class DrawnRays(NamedTuple):
+    """The samples' rays in order, before they are brought above their faces: shape (n × rays, 3), but `thresholds`."""
+
+    origins: Float64Array
+    directions: Float64Array
+    face_normals: Float64Array
+    thresholds: Float64Array  # shape (n × rays,)
+
+
 def sample_rays(
     world: World, samples: SampleSet, batch: slice, rays: int
 ) -> tuple[Float64Array, Float64Array, Float64Array]:
     """Origins, directions, shape (n × rays, 3) each, and thresholds, (n × rays,), of the samples' rays in order."""
+    drawn = drawn_rays(world, samples, batch, rays)
+    return drawn.origins, geometry.above_face(drawn.directions, drawn.face_normals), drawn.thresholds
+
+
+def drawn_rays(world: World, samples: SampleSet, batch: slice, rays: int) -> DrawnRays:
+    """The rays of some samples as the sequences give them."""
     face, weights = samples.face[batch], samples.barycentric[batch].astype(np.float64)
     weights = np.concatenate([weights, 1.0 - weights.sum(1, keepdims=True)], axis=1)
     positions = geometry.as_traced(world.positions).astype(np.float64)
@@ -199,8 +282,9 @@ def sample_rays(
     seed = np.repeat(samples.face_seed[face], rays)
     u, v = owen_sobol(index.ravel(), seed)
     directions = geometry.cosine_direction(u, v, np.repeat(shading, rays, axis=0))
-    directions = geometry.above_face(directions, np.repeat(normal, rays, axis=0))
-    return np.repeat(origin, rays, axis=0), directions, thresholds(index.ravel(), seed)
+    return DrawnRays(
+        np.repeat(origin, rays, axis=0), directions, np.repeat(normal, rays, axis=0), thresholds(index.ravel(), seed)
+    )
 
 
 def shading_normals(world: World, face: np.ndarray, weights: Float64Array, face_normal: Float64Array) -> Float64Array:

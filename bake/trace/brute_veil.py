@@ -8,7 +8,7 @@ from bake import geometry
 from bake.decorator_types import FogBoxes
 from bake.settings import BakeSettings
 from bake.trace.veil import tree_faces
-from bake.types import Float64Array, World
+from bake.types import Float64Array, Int32Array, Int64Array, World
 
 _PAIRS = 1 << 20  # ray-box or ray-triangle pairs at a time
 _TINY = 1e-20
@@ -41,7 +41,34 @@ class PlainVeil:
                     total[part] += add(origins[part], directions[part], end[part])
         return np.minimum(total, geometry.MAX_OPTICAL_DEPTH)
 
+    def crossings(
+        self, origins: Float64Array, directions: Float64Array, end: Float64Array
+    ) -> tuple[Int64Array, Int32Array, Float64Array]:
+        """Every crossing of fog and leaves: its ray, its object and its optical depth, ray by ray, shape (c,) each."""
+        rays: list[Int64Array] = [np.zeros(0, np.int64)]
+        objects: list[Int32Array] = [np.zeros(0, np.int32)]
+        depths: list[Float64Array] = [np.zeros(0)]
+        for i in range(len(origins)):
+            ray = slice(i, i + 1)
+            if self._fog is not None and self.fog_boxes:
+                inside = self._fog_lengths(origins[ray], directions[ray], end[ray])[0] * self._fog.density
+                box = np.flatnonzero(inside > 0.0)
+                objects.append(self._fog.object[box])
+                depths.append(inside[box])
+                rays.append(np.full(len(box), i))
+            if self.tree_triangles:
+                _, leaf, crossing = self._leaves_met(origins[ray], directions[ray], end[ray])
+                objects.append(self._world.face_object[self._leaves.face[leaf]])
+                depths.append(crossing)
+                rays.append(np.full(len(leaf), i))
+        return np.concatenate(rays), np.concatenate(objects), np.concatenate(depths)
+
     def _fog_depth(self, origins: Float64Array, directions: Float64Array, end: Float64Array) -> Float64Array:
+        fog = self._fog
+        assert fog is not None
+        return self._fog_lengths(origins, directions, end) @ fog.density.astype(np.float64)
+
+    def _fog_lengths(self, origins: Float64Array, directions: Float64Array, end: Float64Array) -> Float64Array:
         fog = self._fog
         assert fog is not None
         inverse = 1.0 / np.where(np.abs(directions) < _TINY, _TINY, directions)
@@ -49,10 +76,16 @@ class PlainVeil:
         high = (fog.maximum[None].astype(np.float64) - origins[:, None]) * inverse[:, None]
         enter = np.maximum(np.minimum(low, high).max(2), 0.0)
         leave = np.minimum(np.maximum(low, high).min(2), end[:, None])
-        return np.maximum(leave - enter, 0.0) @ fog.density.astype(np.float64)
+        return np.maximum(leave - enter, 0.0)
 
     def _tree_depth(self, origins: Float64Array, directions: Float64Array, end: Float64Array) -> Float64Array:
-        """Möller and Trumbore 1997, counting every crossing."""
+        ray, _, crossing = self._leaves_met(origins, directions, end)
+        return np.bincount(ray, crossing, minlength=len(origins)).astype(np.float64)
+
+    def _leaves_met(
+        self, origins: Float64Array, directions: Float64Array, end: Float64Array
+    ) -> tuple[Int64Array, Int64Array, Float64Array]:
+        """Every crossing of a leaf (Möller and Trumbore 1997): its ray, the leaf and the optical depth, shape (c,)."""
         cross_d = np.cross(directions[:, None, :], self._edge2[None])
         determinant = np.einsum("rtk,tk->rt", cross_d, self._edge1)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -64,8 +97,7 @@ class PlainVeil:
             t = np.einsum("rtk,tk->rt", cross_o, self._edge2) * inverse
             struck = (determinant != 0) & (u >= 0) & (v >= 0) & (u + v <= 1) & (t >= 0) & (t <= end[:, None])
         ray, leaf = np.nonzero(struck)
-        crossing = self._crossing(leaf, u[ray, leaf], v[ray, leaf])
-        return np.bincount(ray, crossing, minlength=len(origins)).astype(np.float64)
+        return ray, leaf, self._crossing(leaf, u[ray, leaf], v[ray, leaf])
 
     def _crossing(self, leaf: np.ndarray, u: Float64Array, v: Float64Array) -> Float64Array:
         """Optical depth of crossings of leaves at barycentric weights of corners 1 and 2."""

@@ -16,8 +16,10 @@ from bake.errors import DeviceError, OutOfMemoryError
 from bake.geometry import as_traced
 from bake.settings import BakeSettings, Kernel
 from bake.trace.base import Hits, SphereTally, Tracer, check_directions
+from bake.trace.recorder import Recorder
+from bake.trace.records import RayRecords
 from bake.trace.veil import DeviceVeil
-from bake.types import Float32Array, SampleSet, Tally, UInt32Array, World
+from bake.types import BoolArray, Float32Array, SampleSet, Tally, UInt32Array, World
 
 
 class TracerFused(Tracer):
@@ -116,11 +118,26 @@ class TracerFused(Tracer):
         self._launch(kernel, slice(0, count), inputs)
         return SphereTally(work.sh.numpy(), directions, work.hits.numpy(), work.back_faces.numpy())
 
+    def record(self, samples: SampleSet) -> RayRecords:
+        """Rays one by one; see `Tracer.record`."""
+        return self._recorder().record(samples)
+
+    def meets(self, samples: SampleSet, wanted: int, low: Float32Array, high: Float32Array) -> BoolArray:
+        """Which samples have a ray that meets an object; see `Tracer.meets`."""
+        return self._recorder().meets(samples, wanted, low, high)
+
     def close(self) -> None:
         """Frees device memory and threads."""
         if self._pool is not None:
             self._pool.shutdown()
         self._surface = self._veil = self._work = self._work_of = None
+
+    def _recorder(self) -> Recorder:
+        assert self._veil is not None
+        return Recorder(
+            self._warp, self._array, self._empty, self._launch, self.world, self.settings, self.name, self.entry,
+            self.scene, self._surface, self._veil,
+        )  # fmt: skip
 
     def _obscurance_kernel(self) -> Any:
         return self._kernels.obscurance_kernel(self.name, self.fog_boxes > 0, self.tree_triangles > 0)

@@ -59,6 +59,8 @@ class DeviceVeil:
     Attributes:
         fog_boxes, tree_triangles: How many of them; of what there is none, nothing is built.
         argument: The kernels' `Veil`.
+        fog_object: Object of each box, in the order of the kernels' densities.
+        tree_face: Shape (t,), int32: face of each tree triangle.
     """
 
     def __init__(
@@ -85,6 +87,7 @@ class DeviceVeil:
         leaves = tree_faces(world, settings)
         self.fog_boxes = 0 if fog is None else int(np.count_nonzero(fog.density > 0.0))
         self.tree_triangles = len(leaves)
+        self.fog_object, self.tree_face = np.zeros(0, np.int32), leaves.face
         if fog is not None and self.fog_boxes:
             self._add_fog(fog)
         if self.tree_triangles:
@@ -99,6 +102,7 @@ class DeviceVeil:
         tree = build_wide_bvh(fog.minimum[dims], fog.maximum[dims])
         density = np.zeros(-(-len(tree.order) // WIDTH) * WIDTH, np.float32)
         density[: len(tree.order)] = fog.density[dims][tree.order]
+        self.fog_object = fog.object[dims][tree.order]
         self.argument.bounds = self._array(tree.bounds.ravel(), self._wp.float32)
         self.argument.child = self._array(tree.child, self._wp.int32)
         self.argument.density = self._array(density, self._wp.float32)
