@@ -10,7 +10,7 @@ from bake.arrays import BoolArray, Float64Array, Int32Array, UInt8Array
 from bake.region_types import GRID, PARAMETERS, CentreKind, RegionGraph, RegionModels, RegionPoints
 from bake.regions.centre_search import search_centres
 from bake.regions.empty import fill_empty
-from bake.regions.gram import group_boxes
+from bake.regions.gram import box_volumes, group_boxes
 from bake.regions.moments import Moments, squared_error, sum_points
 from bake.settings import BakeSettings
 
@@ -44,15 +44,16 @@ class GroupedPoints:
     Attributes:
         middle, half: Shape (r, 3): centre and half extents of the box around each group, at its owner's row.
         count: Shape (r,): valid points of the group.
+        mass: Shape (r,): the space that they stand for, m³.
     """
 
-    def __init__(self, moments: Moments, graph: RegionGraph, owner: Int32Array) -> None:
+    def __init__(self, moments: Moments, minimum: Float64Array, maximum: Float64Array, owner: Int32Array) -> None:
         self._moments, self._owner = moments, owner
-        volume = np.maximum(np.prod(graph.maximum - graph.minimum, axis=1), 1e-12)
-        mass = volume * moments.count / GRID**3
-        self._share = mass / np.maximum(self._together(mass), 1e-300)[owner]
+        mass = box_volumes(minimum, maximum) * moments.count / GRID**3
+        self.mass = self._together(mass)
+        self._share = mass / np.maximum(self.mass, 1e-300)[owner]
         self.count = self._together(moments.count)
-        self.middle, self.half = group_boxes(graph, owner)
+        self.middle, self.half = group_boxes(minimum, maximum, owner)
 
     def centre_of_mass(self) -> Float64Array:
         """Shape (r, 3); the middle of the box for groups without points."""
@@ -125,7 +126,7 @@ def fit_regions(
     """
     owner = np.arange(len(graph), dtype=np.int32) if owner is None else owner
     moments = sum_points(points, graph) if moments is None else moments
-    groups = GroupedPoints(moments, graph, owner)
+    groups = GroupedPoints(moments, graph.minimum, graph.maximum, owner)
     centre, kind, fit = _better_centres(groups)
     if settings.optimise_centre:
         found, improved = search_centres(

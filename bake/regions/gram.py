@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bake.arrays import Float64Array, Int32Array
-from bake.region_types import PARAMETERS, RegionGraph
+from bake.region_types import PARAMETERS
 
 
 def box_gram(minimum: Float64Array, maximum: Float64Array, centre: Float64Array, half: Float64Array) -> Float64Array:
@@ -38,10 +38,15 @@ def box_gram(minimum: Float64Array, maximum: Float64Array, centre: Float64Array,
     return gram
 
 
-def group_boxes(graph: RegionGraph, owner: Int32Array) -> tuple[Float64Array, Float64Array]:
+def box_volumes(minimum: Float64Array, maximum: Float64Array) -> Float64Array:
+    """Volumes of boxes, shape (r, 3) → (r,), m³; a box without volume gets a speck, so that its share is defined."""
+    return np.maximum(np.prod(maximum - minimum, axis=1), 1e-12)
+
+
+def group_boxes(minimum: Float64Array, maximum: Float64Array, owner: Int32Array) -> tuple[Float64Array, Float64Array]:
     """Middle and half extents of the box around each owner's regions, shape (r, 3) each; half extents are positive."""
-    low, high = graph.minimum.copy(), graph.maximum.copy()
-    np.minimum.at(low, owner, graph.minimum)
-    np.maximum.at(high, owner, graph.maximum)
+    low, high = minimum.copy(), maximum.copy()
+    np.minimum.at(low, owner, minimum)
+    np.maximum.at(high, owner, maximum)
     half = 0.5 * (high - low)
     return 0.5 * (low + high), np.maximum(half, np.maximum(1e-6 * half.max(axis=1, keepdims=True), 1e-9))

@@ -7,12 +7,13 @@ centre, and those of several regions together, in a few hundred operations.
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 
 from bake import spherical_harmonics
-from bake.arrays import Float64Array
+from bake.arrays import Float64Array, Int64Array
 from bake.region_types import GRID, PARAMETERS, PointState, RegionGraph, RegionPoints
 from bake.regions.evaluate import AXIS_NORMALS
 from bake.regions.grid import grid_levels
@@ -39,6 +40,10 @@ class Moments:
     design: Float64Array
     cross: Float64Array
     square: Float64Array
+
+    def of(self, regions: Int64Array) -> Moments:
+        """Those of some regions, in the order of their numbers, shape (s,)."""
+        return Moments(*(getattr(self, item.name)[regions] for item in dataclasses.fields(self)))
 
     def normal_equations(self, centre: Float64Array, half: Float64Array) -> tuple[Float64Array, Float64Array]:
         """Means of the products of the columns with each other and with the harmonics.

@@ -13,7 +13,7 @@ from bake.region_types import PARAMETERS, RegionGraph, RegionModels
 from bake.regions.colouring import colouring
 from bake.regions.evaluate import basis
 from bake.regions.fit import RIDGE
-from bake.regions.gram import box_gram, group_boxes
+from bake.regions.gram import box_gram, box_volumes, group_boxes
 from bake.regions.mismatch import boundary_mismatch
 
 _SPHERE = 4.0 * math.pi
@@ -97,8 +97,7 @@ class _Descent:
     ) -> None:
         self._fitted, self._owner = models, owner
         self._ends: Int32Array = owner[graph.link[joined]]
-        middle, self._half = group_boxes(graph, owner)
-        del middle
+        self._half = group_boxes(graph.minimum, graph.maximum, owner)[1]
         free = np.unpackbits(models.terms[:, None], axis=1, count=PARAMETERS, bitorder="little").astype(np.bool_)
         free[:, 0] = True
         self._root = _whitening(models, graph, owner, self._half, free)
@@ -177,7 +176,7 @@ def _whitening(
     models: RegionModels, graph: RegionGraph, owner: Int32Array, half: Float64Array, free: BoolArray
 ) -> Float64Array:
     """L of each region's Gram matrix, shape (r, 7, 7): the mean over the boxes that share the model, by volume."""
-    volume = np.maximum(np.prod(graph.maximum - graph.minimum, axis=1), 1e-12)
+    volume = box_volumes(graph.minimum, graph.maximum)
     share = volume / np.bincount(owner, volume, len(graph))[owner]
     each = box_gram(graph.minimum, graph.maximum, models.centre[owner], half[owner])
     gram = np.zeros_like(each)
