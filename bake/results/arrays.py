@@ -30,7 +30,8 @@ class ArraySpec:
     """One array of a `BakeResult`: where it belongs and what it must look like.
 
     Attributes:
-        owner: Field of `BakeResult` (world, samples, tally or field), or a part of its decorators (see `parts`).
+        owner: Field of `BakeResult` (world, samples, tally or field), or a part of its decorators or its regions (see
+            `parts` and `region_parts`).
         attribute: Field of the owner.
         dtype: Little-endian type as stored.
         row: Shape after the first axis; -1: any length.
@@ -103,6 +104,33 @@ SPECS: tuple[ArraySpec, ...] = (
     ArraySpec("small_scalars", "object", "<i4"),
     ArraySpec("small_scalars", "ao", "<f4", (-1,)),
     ArraySpec("small_scalars", "found", "|b1"),
+    ArraySpec("region_graph", "minimum", "<f8", (3,)),
+    ArraySpec("region_graph", "maximum", "<f8", (3,)),
+    ArraySpec("region_graph", "seed", "<f8", (3,)),
+    ArraySpec("region_graph", "link", "<i4", (2,)),
+    ArraySpec("region_graph", "link_area", "<f8"),
+    ArraySpec("region_graph", "link_centre", "<f8", (3,)),
+    ArraySpec("region_points", "position", "<f4", (3,)),
+    ArraySpec("region_points", "state", "|u1"),
+    ArraySpec("region_points", "back_face_share", "<f4"),
+    ArraySpec("region_points", "traced", "<i4"),
+    ArraySpec("region_points", "sh", "<f4", (9, -1)),
+    ArraySpec("region_points", "windowed", "|u1"),
+    *(
+        ArraySpec(owner, attribute, dtype, row)
+        for owner in ("region_fits", "region_models")
+        for attribute, dtype, row in (
+            ("centre", "<f8", (3,)),
+            ("coefficients", "<f4", (7, 9, -1)),
+            ("terms", "|u1", ()),
+            ("centre_kind", "|u1", ()),
+            ("rmse", "<f4", (-1,)),
+        )
+    ),
+    ArraySpec("regions", "mismatch_before", "<f4", (-1,)),
+    ArraySpec("regions", "mismatch_after", "<f4", (-1,)),
+    ArraySpec("regions", "absorbed_error", "<f4", (-1,)),
+    ArraySpec("regions", "owner", "<i4"),
 )
 
 

@@ -13,7 +13,8 @@ from bake.errors import ResultError
 from bake.results.arrays import SPECS, ArraySpec, read_array
 from bake.results.manifest import MANIFEST_FILE, Manifest, read_manifest
 from bake.results.parts import DECORATOR_PARTS, check_decorators, decorators_of, within
-from bake.types import BakeResult, Decorators, Float32Array, SampleSet, Tally, VertexField, World
+from bake.results.region_parts import REGION_PARTS, check_regions, regions_of
+from bake.types import BakeResult, Decorators, Float32Array, Regions, SampleSet, Tally, VertexField, World
 
 _ATTEMPTS = 20
 
@@ -56,6 +57,8 @@ def _read_arrays(folder: Path, manifest: Manifest, *, verify: bool) -> dict[str,
     wanted = [spec for spec in SPECS if spec.name in manifest.arrays]
     parts = () if manifest.decorators is None else manifest.decorators["parts"]
     absent = set(DECORATOR_PARTS) - set(parts)
+    if manifest.regions is None:
+        absent |= set(REGION_PARTS)
     needed = [spec for spec in SPECS if not spec.optional and spec.owner not in absent]
     lacking = [spec.name for spec in needed if spec.name not in manifest.arrays]
     if lacking:
@@ -93,9 +96,11 @@ def _assemble(folder: Path, manifest: Manifest, arrays: dict[str, NDArray[Any]])
         rays_skipped=manifest.rays_skipped,
         versions=manifest.versions,
         decorators=_decorators(folder, manifest, arrays),
+        regions=_regions(folder, manifest, arrays),
     )
     _check_agreement(folder, result)
     check_decorators(folder, result)
+    check_regions(folder, result)
     return result
 
 
@@ -105,6 +110,13 @@ def _decorators(folder: Path, manifest: Manifest, arrays: dict[str, NDArray[Any]
         return decorators_of(manifest.decorators, owned)
     except (KeyError, TypeError, ValueError) as error:
         raise ResultError("its decorators do not fit each other", where=str(folder), remedy="bake again") from error
+
+
+def _regions(folder: Path, manifest: Manifest, arrays: dict[str, NDArray[Any]]) -> Regions | None:
+    try:
+        return regions_of(manifest.regions, {part: _of(part, arrays) for part in REGION_PARTS})
+    except (KeyError, TypeError, ValueError) as error:
+        raise ResultError("its regions do not fit each other", where=str(folder), remedy="bake again") from error
 
 
 def _of(owner: str, arrays: dict[str, NDArray[Any]]) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 """`manifest.json`: everything of a result that is not an array, and the hash of every array file beside it.
 
-    {"format": "obscura-result", "schema": 2, "scene": {"path", "files"}, "settings", "seed", "device", "tracer",
+    {"format": "obscura-result", "schema": 3, "scene": {"path", "files"}, "settings", "seed", "device", "tracer",
      "versions", "rays", "rays_skipped", "stages", "findings", "solve", "objects", "texture_shapes",
-     "decorators", "arrays", "checksum"}
+     "decorators", "regions", "arrays", "checksum"}
 
 `checksum` is the SHA-256 of all the rest, so that a damaged manifest is recognised too.
 """
@@ -23,14 +23,15 @@ import numpy as np
 from bake.errors import InputError, ResultError
 from bake.results.arrays import FILE_NAME, StoredArray
 from bake.results.parts import checked_parts, decorators_json
+from bake.results.region_parts import checked_regions, regions_json
 from bake.settings import BakeSettings
 from bake.types import BakeResult, Finding, ObjectKeys, Role, SolveReport, StageReport
 
 MANIFEST_FILE = "manifest.json"
 FORMAT = "obscura-result"
-SCHEMA = 2
-READABLE = (1, SCHEMA)
-"""Schema 1 had no decorators and is read as a result without any."""
+SCHEMA = 3
+READABLE = (1, 2, SCHEMA)
+"""Schema 1 had no decorators, schema 2 no regions; they are read as results without any."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +55,7 @@ class Manifest:
     texture_shapes: tuple[tuple[int, int], ...]
     arrays: Mapping[str, StoredArray]
     decorators: Mapping[str, Any] | None
+    regions: Mapping[str, Any] | None
     schema: int
 
 
@@ -82,6 +84,7 @@ def manifest_text(result: BakeResult, arrays: Mapping[str, StoredArray]) -> str:
         ],
         "texture_shapes": [list(texture.shape) for texture in world.textures],
         "decorators": decorators_json(result),
+        "regions": regions_json(result.regions),
         "arrays": {name: dataclasses.asdict(stored) for name, stored in arrays.items()},
     }
     content = _finite(content)
@@ -146,6 +149,7 @@ def _parse(content: dict[str, Any], path: Path) -> Manifest:
         texture_shapes=tuple((int(height), int(width)) for height, width in content["texture_shapes"]),
         arrays={name: _stored(item) for name, item in content["arrays"].items()},
         decorators=None if content["schema"] == 1 else checked_parts(content["decorators"]),
+        regions=None if content["schema"] < 3 else checked_regions(content["regions"]),
         schema=int(content["schema"]),
     )
 

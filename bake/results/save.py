@@ -20,6 +20,7 @@ from bake.results.arrays import FILE_NAME, SPECS, ArrayFile, file_sha256
 from bake.results.lock import LOCK_FILE, folder_lock
 from bake.results.manifest import MANIFEST_FILE, is_result, manifest_text, read_manifest
 from bake.results.parts import owners_of
+from bake.results.region_parts import region_owners
 from bake.results.storage import probe_writable, storage_errors, sync, sync_folder
 from bake.types import BakeResult
 
@@ -78,7 +79,7 @@ def save_result(result: BakeResult, folder: Path) -> None:
 def _array_files(result: BakeResult) -> dict[str, ArrayFile]:
     """All arrays, hashed side by side: hashing lets go of the interpreter lock."""
     textures = [texture.reshape(-1) for texture in result.world.textures]
-    owners = owners_of(result)
+    owners = owners_of(result) | region_owners(result.regions)
 
     def hashed(position: int) -> ArrayFile | None:
         spec = SPECS[position]
