@@ -40,17 +40,25 @@ class ActionRegistry(QObject):
         Raises:
             ValueError: there is one of that name already.
         """
-        if spec.id in self._specs:
-            raise ValueError(f"two actions are called {spec.id}")
         action = QAction(spec.text, self._window)
-        action.setObjectName(spec.id)
-        action.setCheckable(spec.checkable)
-        action.setStatusTip(spec.tip)
-        action.setToolTip(spec.tip)
         if spec.checkable:
             action.triggered.connect(slot)
         else:
             action.triggered.connect(lambda _checked=False, slot=slot: slot())
+        return self.adopt(spec, action)
+
+    def adopt(self, spec: ActionSpec, action: QAction) -> QAction:
+        """Takes in an action that exists already, such as one that Qt made for a dock.
+
+        Raises:
+            ValueError: there is one of that name already.
+        """
+        if spec.id in self._specs:
+            raise ValueError(f"two actions are called {spec.id}")
+        action.setObjectName(spec.id)
+        action.setCheckable(spec.checkable)
+        action.setStatusTip(spec.tip)
+        action.setToolTip(spec.tip)
         self._specs[spec.id], self._actions[spec.id] = spec, action
         action.setShortcuts(self.keys(spec.id))
         self._window.addAction(action)
@@ -70,8 +78,8 @@ class ActionRegistry(QObject):
     @property
     def specs(self) -> tuple[ActionSpec, ...]:
         """All actions, in the order of the menus."""
-        order = menu_order([spec.menu for spec in self._specs.values()])
-        return tuple(sorted(self._specs.values(), key=lambda spec: (order.index(spec.menu), spec.group)))
+        order = menu_order([_top(spec.menu) for spec in self._specs.values()])
+        return tuple(sorted(self._specs.values(), key=lambda spec: (order.index(_top(spec.menu)), spec.group)))
 
     def enable(self, name: str, on: bool, why: str = "") -> None:
         """Lets an action be used, or not.
@@ -94,21 +102,28 @@ class ActionRegistry(QObject):
 
     def fill_menus(self) -> dict[str, QMenu]:
         """Puts all actions into the menus of the window; returns the menus by name."""
-        bar = self._window.menuBar()
-        assert bar is not None
         menus: dict[str, QMenu] = {}
         groups: dict[str, int] = {}
         for spec in self.specs:
+            top = _top(spec.menu)
+            if top not in menus:
+                menus[top] = self._new_menu(top)
+            if groups.setdefault(top, spec.group) != spec.group:
+                menus[top].addSeparator()
+                groups[top] = spec.group
             if spec.menu not in menus:
-                menu = bar.addMenu(f"&{spec.menu}")
-                assert menu is not None
-                menu.setToolTipsVisible(True)
-                menus[spec.menu], groups[spec.menu] = menu, spec.group
-            if groups[spec.menu] != spec.group:
-                menus[spec.menu].addSeparator()
-                groups[spec.menu] = spec.group
+                menus[spec.menu] = QMenu(spec.menu.rpartition("/")[2], menus[top])
+                menus[top].addMenu(menus[spec.menu])
             menus[spec.menu].addAction(self._actions[spec.id])
         return menus
+
+    def _new_menu(self, name: str) -> QMenu:
+        bar = self._window.menuBar()
+        assert bar is not None
+        menu = bar.addMenu(f"&{name}")
+        assert menu is not None
+        menu.setToolTipsVisible(True)
+        return menu
 
     def context_menu(self, place: str, parent: QWidget) -> QMenu:
         """A menu of the actions that stand in a context."""
@@ -173,3 +188,7 @@ def menu_order(named: Sequence[str]) -> list[str]:
     """Menus from left to right: the known ones, and before the last of them those that only actions name."""
     extra = [menu for menu in dict.fromkeys(named) if menu not in MENUS]
     return [*MENUS[:-1], *extra, MENUS[-1]]
+
+
+def _top(menu: str) -> str:
+    return menu.partition("/")[0]

@@ -13,13 +13,14 @@ class ActionSpec:
 
     Attributes:
         id: Stable name.
-        menu: Menu it stands in; a line is drawn where `group` changes within a menu.
+        menu: Menu it stands in, or menu and submenu as in `View/Panels`; a line is drawn where `group` changes.
         text: What the menu says.
         tip: What it does, in a sentence.
         keys: Shortcuts, the first one shown in the menu.
         checkable: Whether it switches something on and off.
         group: Group within its menu.
         context: Context menus it stands in too: "object" for lists of objects, "view" for the picture.
+        needs: What must be there for it, by name, see `app.parts.availability`; without it, it is greyed.
     """
 
     id: str
@@ -30,6 +31,7 @@ class ActionSpec:
     checkable: bool = False
     group: int = 0
     context: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
 
     @property
     def title(self) -> str:

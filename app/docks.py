@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QDockWidget, QFrame, QMainWindow, QScrollArea, QTabWidget, QWidget
 
+from app.actions import ActionSpec
 from app.window_parts import DockSpec, Side
 
 SIDE_WIDTH, BOTTOM_HEIGHT = 290, 176
@@ -54,6 +55,12 @@ def build_docks(window: QMainWindow, specs: Iterable[DockSpec]) -> dict[str, QDo
     if Side.BOTTOM in first:
         window.resizeDocks([first[Side.BOTTOM]], [BOTTOM_HEIGHT], Qt.Orientation.Vertical)
     return docks
+
+
+def panel_action(title: str) -> ActionSpec:
+    """The action that shows and hides a panel."""
+    name = f"panel-{title.lower().replace(' ', '-')}"
+    return ActionSpec(name, "View/Panels", title, f"Show or hide the panel {title}", (), True, 6)
 
 
 def _show_title(dock: QDockWidget, floating: bool) -> None:

@@ -19,7 +19,7 @@ from app.action_registry import ActionRegistry
 from app.banner import Banner
 from app.cache_folder import cache_folder
 from app.controller import Controller
-from app.docks import build_docks
+from app.docks import build_docks, panel_action
 from app.document import Document
 from app.engine import Engine
 from app.engine_worker import Bake, bake_job
@@ -103,6 +103,8 @@ class Window(QMainWindow):
         for part in self.parts:
             for spec, slot in part.actions():
                 self.bench.registry.add(spec, slot)
+        for title, dock in self.bench.docks.items():
+            self.bench.registry.adopt(panel_action(title), dock.toggleViewAction() or QAction(self))
         self.bench.menus.update(self.bench.registry.fill_menus())
         self.document.opened.connect(self._on_opened)
         self.resize(1280, 800)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from app.parts.availability import AvailabilityPart
 from app.parts.baking import BakingPart
+from app.parts.edit import EditPart
 from app.parts.files import FilesPart
 from app.parts.habits import HabitsPart
 from app.parts.help import HelpPart
@@ -10,4 +12,13 @@ from app.parts.panels import PanelsPart
 from app.parts.views import ViewsPart
 from app.window_parts import Part
 
-PARTS: tuple[type[Part], ...] = (FilesPart, PanelsPart, ViewsPart, BakingPart, HabitsPart, HelpPart)
+PARTS: tuple[type[Part], ...] = (
+    FilesPart,
+    EditPart,
+    PanelsPart,
+    ViewsPart,
+    BakingPart,
+    HabitsPart,
+    HelpPart,
+    AvailabilityPart,
+)

@@ -27,7 +27,9 @@ class BakingPart(Part):
         menu, panel = "Bake", self.bench.panels.bake
         return [
             (
-                ActionSpec("bake", menu, "&Bake", "Bake with the settings of the panel", ("Ctrl+B", "F5")),
+                ActionSpec(
+                    "bake", menu, "&Bake", "Bake with the settings of the panel", ("Ctrl+B", "F5"), needs=("scene",)
+                ),
                 panel.request_bake,
             ),
             (
@@ -38,7 +40,12 @@ class BakingPart(Part):
             ),
             (
                 ActionSpec(
-                    "copy-command", menu, "Copy as co&mmand", "The command line that does the same", ("Ctrl+Shift+C",)
+                    "copy-command",
+                    menu,
+                    "Copy as co&mmand",
+                    "The command line that does the same",
+                    ("Ctrl+Shift+C",),
+                    needs=("scene",),
                 ),
                 panel.copy_command,
             ),

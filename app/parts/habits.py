@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from PyQt6.QtCore import QByteArray
-from PyQt6.QtWidgets import QMenu
 
 from app.actions import Action, ActionSpec
 from app.style import apply_scheme
@@ -40,10 +39,6 @@ class HabitsPart(Part):
     def connect(self) -> None:
         """Brings back the layout of the last session."""
         bench, window = self.bench, self.bench.window
-        panels = QMenu("&Panels", window)
-        for dock in bench.docks.values():
-            panels.addAction(dock.toggleViewAction())
-        bench.menus["View"].insertMenu(bench.registry["reset-layout"], panels)
         self._show_scheme()
         self._default_state = window.saveState(LAYOUT_VERSION)
         geometry, state = bench.store.value("window/geometry"), bench.store.value("window/state")

@@ -29,6 +29,7 @@ class ViewsPart(Part):
                     "Show the selected object, or the level without its far backdrop",
                     ("F",),
                     context=both,
+                    needs=("scene",),
                 ),
                 do.frame,
             ),
@@ -40,6 +41,7 @@ class ViewsPart(Part):
                     "Show everything, backdrop included",
                     ("Shift+F", "Home"),
                     context=view,
+                    needs=("scene",),
                 ),
                 do.frame_all,
             ),
@@ -62,17 +64,27 @@ class ViewsPart(Part):
                 lambda on: do.show(game=on),
             ),
             (
-                ActionSpec("blend", menu, "B&lended", "Longest and shortest distance mixed", ("0",), group=2),
+                ActionSpec(
+                    "blend", menu, "B&lended", "Longest and shortest distance mixed", ("0",), group=2, needs=("result",)
+                ),
                 lambda: do.show(quantity=Quantity.BLEND),
             ),
             (
                 ActionSpec(
-                    "next-distance", menu, "&Next distance", "Step through the baked distances", ("N",), group=2
+                    "next-distance",
+                    menu,
+                    "&Next distance",
+                    "Step through the baked distances",
+                    ("N",),
+                    group=2,
+                    needs=("result",),
                 ),
                 do.next_distance,
             ),
             (
-                ActionSpec("geometry", menu, "Geome&try", "The surface without values", ("T",), group=2),
+                ActionSpec(
+                    "geometry", menu, "Geome&try", "The surface without values", ("T",), group=2, needs=("scene",)
+                ),
                 lambda: do.show(quantity=Quantity.GEOMETRY),
             ),
             (
@@ -85,6 +97,7 @@ class ViewsPart(Part):
                     True,
                     3,
                     view,
+                    needs=("result",),
                 ),
                 self.bench.panels.overlays.set_invalid,
             ),
@@ -97,6 +110,7 @@ class ViewsPart(Part):
                     ("C",),
                     True,
                     3,
+                    needs=("result",),
                 ),
                 self.compare,
             ),
@@ -109,6 +123,7 @@ class ViewsPart(Part):
                     ("M",),
                     True,
                     3,
+                    needs=("tree-models",),
                 ),
                 self.compare_tree_models,
             ),
