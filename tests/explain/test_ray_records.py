@@ -52,7 +52,7 @@ def ao_of(records: RayRecords, settings: BakeSettings) -> np.ndarray:
 def test_records_add_up_to_the_bake(body: str, kernel: Kernel) -> None:
     """The mean over the rays on record is the AO that the bake stored, and so are hits and back faces."""
     settings = SETTINGS.replaced(kernel=kernel, max_distance=5.0 if kernel is Kernel.OCCLUSION else None)
-    world = clutter(1)
+    world = clutter(1, 6)
     samples, tally = trace_all(body, world, settings)
     rows = np.random.default_rng(0).permutation(len(samples))[:500]
     with open_tracer(body, world, settings) as tracer:
@@ -97,7 +97,7 @@ def test_fog_and_leaves_on_record(body: str) -> None:
 
 def test_a_sample_meets_what_its_rays_meet(body: str) -> None:
     """Samples whose record names an object are found to meet it, and the others see no change without it."""
-    world = clutter(3)
+    world = clutter(3, 5)
     samples, tally = trace_all(body, world, SETTINGS)
     wanted = 4
     own = world.positions[world.faces[world.face_object == wanted]]
