@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,8 @@ from bake.decorators.resampling import resample_surfaces
 from bake.decorators.trees import bake_trees
 from bake.devices import Device, resolve
 from bake.errors import SceneError
+from bake.regions.region_stage import bake_regions, find_regions, remodelled
+from bake.regions.source_files import region_files
 from bake.results import check_destination, is_current, load_result, save_result
 from bake.samples import place_samples
 from bake.scene import flatten, load_scene, read_bake_options, samplable_faces
@@ -54,11 +56,13 @@ class BakeOutcome:
         result: The result as it is stored.
         unchanged: The stored result was already the one asked for; nothing was traced.
         seconds: From the request to the stored result.
+        traced: Whether any ray was traced: not if only the models of regions had to be made anew.
     """
 
     result: BakeResult
     unchanged: bool
     seconds: float
+    traced: bool = True
 
 
 def run_bake(request: BakeRequest) -> Generator[Progress, None, BakeOutcome]:
@@ -76,12 +80,18 @@ def run_bake(request: BakeRequest) -> Generator[Progress, None, BakeOutcome]:
     )
     clock.ran("process geometry", f"{len(scene.objects)} objects, {len(scene.meshes)} meshes", seconds)
     device = resolve(settings.device)
+    scene = replace(scene, files={**scene.files, **region_files(scene, settings)})
     if _is_current(request.result_path, scene, settings, device):
-        return BakeOutcome(load_result(request.result_path, verify=False), True, clock.seconds)
-    result = yield from bake(scene, settings, device, clock)
+        return BakeOutcome(load_result(request.result_path, verify=False), True, clock.seconds, False)
+    has_rays = _is_current(request.result_path, scene, settings, device, apart_from="regions")
+    if has_rays:
+        stored = load_result(request.result_path, verify=False)
+        result = yield from remodelled(stored, settings, clock)
+    else:
+        result = yield from bake(scene, settings, device, clock)
     yield Progress("store", 0, 0, clock.seconds)
     save_result(result, request.result_path)  # not to be stopped half-way: it ends either stored or not begun
-    return BakeOutcome(result, False, clock.seconds)
+    return BakeOutcome(result, False, clock.seconds, not has_rays)
 
 
 def bake(
@@ -102,10 +112,11 @@ def bake(
     tracer, seconds = yield from _tracer(world, settings, device, fog)
     clock.ran("build BVH", _occluders(world, tracer), seconds)
     with tracer:
+        space = yield from find_regions(scene, world, settings, tracer, clock)  # refused, if need be, before the rest
         tally = yield from trace(tracer, samples, settings, clock)
         lent = StagesLent(flatten, place_samples, partial(create_tracer, device=device), map_to_vertices)
         trees = yield from bake_trees(scene, world, settings, tracer, lent, clock)
-    clock.skipped("regions", "this version does not bake dynamic regions")
+        dynamic = yield from bake_regions(space, settings, tracer, clock)
 
     valid = tally.valid(settings.back_face_threshold)
     solved, seconds = yield from patiently("solve", lambda: map_to_vertices(world, samples, tally.ao, valid, settings))
@@ -146,12 +157,14 @@ def bake(
             *_bake_findings(world, samples, valid, solved),
             *(trees.findings if trees else ()),
             *around.findings,
+            *(dynamic.findings if dynamic else ()),
         ),
         device=tracer.device,
         tracer=tracer.name,
         rays_skipped=0,
         versions=versions(),
         decorators=None if decorators == Decorators() else decorators,
+        regions=dynamic.regions if dynamic else None,
     )
 
 
@@ -243,12 +256,20 @@ def versions() -> dict[str, str]:
     return found
 
 
-def _is_current(folder: Path, scene: Scene, settings: BakeSettings, device: Device) -> bool:
+def _is_current(folder: Path, scene: Scene, settings: BakeSettings, device: Device, *, apart_from: str = "") -> bool:
     kind = settings.tracer
     if kind is TracerKind.AUTO:
         kind = TracerKind.WARP if device.is_cuda else TracerKind.EMBREE
     name = device.name if device.is_cuda else "cpu"
-    return is_current(folder, files=scene.files, settings=settings, device=name, tracer=kind.value, versions=versions())
+    return is_current(
+        folder,
+        files=scene.files,
+        settings=settings,
+        device=name,
+        tracer=kind.value,
+        versions=versions(),
+        apart_from=apart_from,
+    )
 
 
 def _bake_findings(world: World, samples: SampleSet, valid: np.ndarray, solved: VertexField) -> list[Finding]:

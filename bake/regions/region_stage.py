@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Generator
 from dataclasses import dataclass
@@ -12,14 +13,14 @@ import numpy as np
 from bake.arrays import Float32Array
 from bake.region_types import CentreKind, PointState, RegionGraph, RegionPoints, Regions
 from bake.regions.graph import make_graph
-from bake.regions.model_findings import model_findings
+from bake.regions.model_findings import KINDS, model_findings
 from bake.regions.models import FittedRegions, fit_and_absorb, mean_error, regularised_regions
 from bake.regions.probes import SphereTracer, trace_points
 from bake.regions.rays import NearestHits
 from bake.regions.space import RegionSpace
 from bake.settings import BakeSettings
 from bake.stages import StageClock, patiently
-from bake.types import Finding, Progress, Scene, World
+from bake.types import BakeResult, Finding, Progress, Scene, World
 
 
 class RegionTracer(SphereTracer, Protocol):
@@ -43,17 +44,20 @@ class RegionOutcome:
     findings: tuple[Finding, ...]
 
 
-def bake_regions(
+MODEL_ROWS = ("fit regions", "regularise regions")
+"""The rows of the stage report that need no rays: a refit makes them anew."""
+
+
+def find_regions(
     scene: Scene, world: World, settings: BakeSettings, tracer: RegionTracer, clock: StageClock
-) -> Generator[Progress, None, RegionOutcome | None]:
-    """Finds or reads the regions, traces their points and models them (Sloan et al. 2013, section 2.3).
+) -> Generator[Progress, None, RegionSpace | None]:
+    """Finds or reads the regions and tells which of their points count, before anything is baked.
 
     Args:
         scene, world: The level.
         settings: Those of the bake.
         tracer: Of the whole world, open.
-        clock: Gets the rows "regions" (boxes, links and validity), "region probes", "fit regions" and
-            "regularise regions".
+        clock: Gets the row "regions".
 
     Returns:
         None if no regions are asked for, or the settings skip them; the row "regions" says so.
@@ -70,6 +74,22 @@ def bake_regions(
         clock.skipped("regions", "none asked for (--regions auto makes some)")
         return None
     clock.ran("regions", _found(space), _since(begin), space.rays)
+    return space
+
+
+def bake_regions(
+    space: RegionSpace | None, settings: BakeSettings, tracer: RegionTracer, clock: StageClock
+) -> Generator[Progress, None, RegionOutcome | None]:
+    """Traces the points of regions and models them (Sloan et al. 2013, section 2.3); None without any.
+
+    Args:
+        space: What `find_regions` found.
+        settings: Those of the bake.
+        tracer: Of the whole world, open.
+        clock: Gets the rows "region probes" and `MODEL_ROWS`.
+    """
+    if space is None:
+        return None
     points = yield from _probes(space, settings, tracer, clock)
     outcome = yield from model_regions(space.graph, points, settings, clock)
     return RegionOutcome(outcome.regions, (*space.findings, *outcome.findings))
@@ -78,14 +98,35 @@ def bake_regions(
 def model_regions(
     graph: RegionGraph, points: RegionPoints, settings: BakeSettings, clock: StageClock
 ) -> Generator[Progress, None, RegionOutcome]:
-    """Models of traced points; adds the rows "fit regions" and "regularise regions". Nothing is traced."""
+    """Models of traced points; adds the rows `MODEL_ROWS`. Nothing is traced."""
     fitted, seconds = yield from patiently("fit regions", lambda: fit_and_absorb(points, graph, settings))
-    clock.ran("fit regions", _fitted(fitted), seconds)
+    clock.ran(MODEL_ROWS[0], _fitted(fitted), seconds)
     (regions, energies), seconds = yield from patiently(
         "regularise regions", lambda: regularised_regions(points, graph, fitted, settings)
     )
-    clock.ran("regularise regions", _regularised(regions, energies), seconds)
+    clock.ran(MODEL_ROWS[1], _regularised(regions, energies), seconds)
     return RegionOutcome(regions, tuple(model_findings(regions, fitted)))
+
+
+def remodelled(result: BakeResult, settings: BakeSettings, clock: StageClock) -> Generator[Progress, None, BakeResult]:
+    """A result whose regions are modelled anew under other settings of theirs; all else is as it was.
+
+    Args:
+        result: Baked with settings that differ in those of the region models alone.
+        settings: Those wanted.
+        clock: Gets `MODEL_ROWS`.
+    """
+    if result.regions is None:
+        return dataclasses.replace(result, settings=settings)
+    outcome = yield from model_regions(result.regions.graph, result.regions.points, settings, clock)
+    rows = {row.name: row for row in clock.rows if row.name in MODEL_ROWS}
+    return dataclasses.replace(
+        result,
+        settings=settings,
+        regions=outcome.regions,
+        stages=tuple(rows.get(row.name, row) for row in result.stages),
+        findings=(*(item for item in result.findings if item.what not in KINDS), *outcome.findings),
+    )
 
 
 def _probes(

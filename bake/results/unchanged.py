@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
+from dataclasses import Field, fields
 from pathlib import Path
+from typing import Any
 
 from bake.errors import ResultError
 from bake.results.load import load_result
 from bake.results.manifest import SCHEMA, read_manifest
+from bake.setting_fields import option_name
 from bake.settings import BakeSettings
 
 # The device and tracer asked for may be "auto": what counts is which ones were found. The quality preset only fills
@@ -23,6 +26,7 @@ def is_current(
     device: str,
     tracer: str,
     versions: Mapping[str, str],
+    apart_from: str = "",
 ) -> bool:
     """Whether `folder` holds, undamaged, the result that these inputs would give.
 
@@ -32,13 +36,15 @@ def is_current(
         settings: What would be baked with.
         device, tracer: What would trace, as in `BakeResult`.
         versions: Library versions, as in `BakeResult`.
+        apart_from: Settings that affect this stage first may differ (see `setting`): all before it would be the same.
     """
+    ignored = {*_NOT_COMPARED, *(option_name(item.name) for item in fields(settings) if _affects(item) == apart_from)}
     try:
         manifest = read_manifest(folder)
         agrees = (
             manifest.schema == SCHEMA  # an older one may lack what this version bakes
             and dict(manifest.files) == dict(files)
-            and _compared(manifest.settings) == _compared(settings)
+            and _compared(manifest.settings, ignored) == _compared(settings, ignored)
             and (manifest.device, manifest.tracer) == (device, tracer)
             and dict(manifest.versions) == dict(versions)
         )
@@ -49,5 +55,9 @@ def is_current(
     return agrees
 
 
-def _compared(settings: BakeSettings) -> dict[str, object]:
-    return {option: value for option, value in settings.to_json().items() if option not in _NOT_COMPARED}
+def _compared(settings: BakeSettings, ignored: Set[str]) -> dict[str, object]:
+    return {option: value for option, value in settings.to_json().items() if option not in ignored}
+
+
+def _affects(item: Field[Any]) -> str:
+    return item.metadata["affects"]
