@@ -1,0 +1,85 @@
+"""The rays behind some samples, traced again: the same seeds, the same sequences, the same tracer if it is there."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from bake.decorator_types import FogBoxes
+from bake.devices import Device, resolve
+from bake.errors import DeviceError
+from bake.explain.types import Crossings, TracedRays
+from bake.settings import BakeSettings, Kernel, TracerKind
+from bake.trace import Tracer, create_tracer
+from bake.types import BakeResult, Float32Array, Int64Array, SampleSet, World
+
+
+def tracer_like(result: BakeResult, world: World | None = None, fog: FogBoxes | None = None) -> Tracer:
+    """A tracer as the bake had it, over its world or another one; on the CPU if its device is not here.
+
+    Args:
+        result: A bake.
+        world: What to trace; the result's if None, and then with its fog.
+        fog: The fog of `world`.
+
+    Raises:
+        DeviceError: nothing here can trace.
+    """
+    if world is None:
+        world = result.world
+        fog = None if result.decorators is None else result.decorators.fog
+    kind, device = _body(result)
+    return create_tracer(world, result.settings.replaced(tracer=kind, device=device.alias), device, fog=fog)
+
+
+def _body(result: BakeResult) -> tuple[TracerKind, Device]:
+    if result.tracer == "brute":
+        return TracerKind.BRUTE, resolve("cpu")
+    if result.device != "cpu":
+        try:
+            device = resolve(result.settings.device if result.settings.device.startswith("cuda") else "auto")
+            if device.is_cuda:
+                return TracerKind.WARP, device
+        except DeviceError:
+            pass  # baked elsewhere: the CPU sees the same but for rounding, and the explanation says by how much
+        return TracerKind.EMBREE, resolve("cpu")
+    return (TracerKind.WARP if result.tracer == "warp" else TracerKind.EMBREE), resolve("cpu")
+
+
+def trace_again(tracer: Tracer, samples: SampleSet, rows: Int64Array) -> TracedRays:
+    """The rays of some samples.
+
+    Args:
+        tracer: As the bake had it.
+        samples: All samples of the bake.
+        rows: Shape (t,), int64: which.
+    """
+    found = tracer.record(samples.only(rows))
+    world = tracer.world
+    stopped = found.face >= 0
+    owner = np.where(stopped, world.face_object[np.maximum(found.face, 0)], -1).astype(np.int32)
+    rho = rho_of(found.distance, tracer.settings)
+    rho[~stopped] = 1.0
+    return TracedRays(
+        sample=rows,
+        origin=found.origin,
+        direction=found.direction,
+        distance=found.distance,
+        face=found.face,
+        object=owner,
+        first_face=found.first_face,
+        back=found.back,
+        mirrored=found.mirrored,
+        rho=rho,
+        passes=found.passes,
+        crossings=Crossings(found.crossed_ray, found.crossed_object, found.crossed_depth),
+    )
+
+
+def rho_of(distance: Float32Array, settings: BakeSettings) -> Float32Array:
+    """ρ at the distances of hits, of any shape, with a last axis of k columns added (Sloan et al. 2013, equation 1)."""
+    if settings.kernel is Kernel.OCCLUSION:
+        return np.zeros((*distance.shape, 1), np.float32)
+    rates = (-math.log(2.0) / np.asarray(settings.distances)).astype(np.float32)
+    return -np.expm1(distance[..., None] * rates)
