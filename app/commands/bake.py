@@ -33,8 +33,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     request = BakeRequest(arguments.scene, arguments.output, explicit_options(arguments))
     outcome = drive(run_bake(request))
+    said = (outcome.result, arguments.output, outcome.seconds)
     if arguments.json:
-        say_json(bake_summary(outcome.result, arguments.output, outcome.seconds, unchanged=outcome.unchanged))
+        say_json(bake_summary(*said, unchanged=outcome.unchanged, traced=outcome.traced))
     else:
-        say(summary_text(outcome.result, arguments.output, outcome.seconds, unchanged=outcome.unchanged))
+        say(summary_text(*said, unchanged=outcome.unchanged, traced=outcome.traced))
     return 0

@@ -10,17 +10,24 @@ from typing import Any
 import numpy as np
 
 from app.commands.progress import duration
+from app.commands.region_figures import region_counts
+from bake.regions.region_stage import MODEL_ROWS
 from bake.types import BakeResult, Decorators, Role, StageReport, VertexState, World
 
 UNCHANGED = "scene and settings are unchanged since the stored result"
+SAME_RAYS = "unchanged since the stored result: only settings of the region models differ"
 _MOST_FINDINGS = 8  # on the terminal; JSON has them all
 
 
-def stages_of(result: BakeResult, *, unchanged: bool) -> list[StageReport]:
-    """The stage report of a command: of the bake it ran, or of the one it could skip."""
-    if not unchanged:
+def stages_of(result: BakeResult, *, unchanged: bool, traced: bool = True) -> list[StageReport]:
+    """The stage report of a command: of the bake it ran, or of the one it could skip, whole or up to the models."""
+    if unchanged:
+        return [StageReport(stage.name, "skipped", UNCHANGED) for stage in result.stages]
+    if traced:
         return list(result.stages)
-    return [StageReport(stage.name, "skipped", UNCHANGED) for stage in result.stages]
+    return [
+        stage if stage.name in MODEL_ROWS else StageReport(stage.name, "skipped", SAME_RAYS) for stage in result.stages
+    ]
 
 
 def mrays_per_second(stages: list[StageReport]) -> float:
@@ -29,7 +36,9 @@ def mrays_per_second(stages: list[StageReport]) -> float:
     return sum(stage.rays for stage in stages) / seconds / 1e6 if seconds else 0.0
 
 
-def bake_summary(result: BakeResult, path: Path, seconds: float, *, unchanged: bool = False) -> dict[str, Any]:
+def bake_summary(
+    result: BakeResult, path: Path, seconds: float, *, unchanged: bool = False, traced: bool = True
+) -> dict[str, Any]:
     """What `bake --json` prints; plain values that JSON can hold.
 
     Args:
@@ -37,18 +46,20 @@ def bake_summary(result: BakeResult, path: Path, seconds: float, *, unchanged: b
         path: Where it is stored.
         seconds: How long the command took.
         unchanged: The stored result was still current, so that nothing was traced.
+        traced: Whether rays were traced; not if only the models of regions were made anew.
     """
-    stages = stages_of(result, unchanged=unchanged)
+    stages = stages_of(result, unchanged=unchanged, traced=traced)
     state = np.bincount(np.asarray(result.field.state), minlength=len(VertexState))
     valid = result.tally.valid(result.settings.back_face_threshold)
-    traced = int(result.tally.rays.sum(dtype=np.int64))
+    rays = int(result.tally.rays.sum(dtype=np.int64))
+    is_new = traced and not unchanged
     return {
         "result": str(path),
         "scene": str(result.scene_path),
         "unchanged": unchanged,
         "seconds": seconds,
-        "rays": 0 if unchanged else traced,
-        "rays_skipped": result.rays_skipped + (traced if unchanged else 0),
+        "rays": rays if is_new else 0,
+        "rays_skipped": result.rays_skipped + (0 if is_new else rays),
         "mrays_per_s": mrays_per_second(stages),
         "peak_memory_mb": max((stage.peak_memory_mb for stage in stages), default=0.0),
         "device": result.device,
@@ -71,6 +82,7 @@ def bake_summary(result: BakeResult, path: Path, seconds: float, *, unchanged: b
             "rmse": [value if np.isfinite(value) else None for value in result.field.report.rmse],
         },
         "decorators": decorator_counts(result),
+        "dynamic": region_counts(result),
         "warnings": [asdict(finding) for finding in result.findings],
     }
 
@@ -107,9 +119,11 @@ def _stage(stage: StageReport) -> dict[str, Any]:
     return {**asdict(stage), "mrays_per_s": mrays_per_second([stage])}
 
 
-def summary_text(result: BakeResult, path: Path, seconds: float, *, unchanged: bool = False) -> str:
+def summary_text(
+    result: BakeResult, path: Path, seconds: float, *, unchanged: bool = False, traced: bool = True
+) -> str:
     """The same for people at a terminal."""
-    figures = bake_summary(result, path, seconds, unchanged=unchanged)
+    figures = bake_summary(result, path, seconds, unchanged=unchanged, traced=traced)
     vertices, samples = figures["vertices"], figures["samples"]
     if unchanged:
         return f"{path}: {UNCHANGED}; nothing was traced"
@@ -117,7 +131,7 @@ def summary_text(result: BakeResult, path: Path, seconds: float, *, unchanged: b
     lines = [
         f"{result.scene_path.name} → {path} in {duration(seconds)} ({result.tracer} on {result.device})",
         "",
-        *_stage_lines(stages_of(result, unchanged=False)),
+        *_stage_lines(stages_of(result, unchanged=False, traced=traced)),
         "",
         f"  vertices  {vertices['total']:,}; {vertices['filled']:,} filled, {vertices['unreferenced']:,} unreferenced",
         f"  samples   {samples['total']:,}; {samples['invalid']:,} invalid ({share:.1f} %)",
@@ -130,7 +144,8 @@ def summary_text(result: BakeResult, path: Path, seconds: float, *, unchanged: b
         if len(values):
             low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
             lines.append(f"  AO        {distance:g} m: median {middle:.2f}, 90 % within {low:.2f} to {high:.2f}")
-    return "\n".join([*lines, *_decorator_lines(figures["decorators"]), *_finding_lines(result)])
+    lines += [*_decorator_lines(figures["decorators"]), *_region_lines(figures["dynamic"]), *_finding_lines(result)]
+    return "\n".join(lines)
 
 
 def _decorator_lines(counts: dict[str, Any]) -> list[str]:
@@ -140,6 +155,17 @@ def _decorator_lines(counts: dict[str, Any]) -> list[str]:
     if counts["volume_voxels"]:
         there.append(f"volume of {counts['volume_voxels']:,} voxels ({counts['volume_memory_mb']:.1f} MB)")
     return [f"  decorators  {', '.join(there)}"] if there else []
+
+
+def _region_lines(counts: dict[str, Any]) -> list[str]:
+    """One line, if the result has regions."""
+    if not counts["regions"]:
+        return []
+    return [
+        f"  regions   {counts['regions']:,} with {counts['models']:,} models, {counts['links']:,} links, "
+        f"{counts['bytes'] / 1e3:.1f} kB; mean error {counts['mean_error_regularised']:.3f}, "
+        f"worst step {counts['worst_mismatch_after']:.3f}"
+    ]
 
 
 def _stage_lines(stages: list[StageReport]) -> list[str]:
