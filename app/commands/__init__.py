@@ -5,6 +5,8 @@ from collections.abc import Mapping
 COMMANDS: Mapping[str, str] = {
     "bake": "bake a scene without a window",
     "export": "write a result as .npz, .ply, .glb, .obj or .vao",
+    "walk": "walk a character through the regions and find where it pops",
+    "regions": "list, check and export the regions in which objects move",
     "report": "write one self-contained page about a result",
     "bench": "measure accuracy and speed",
     "doctor": "say what this machine has, what is missing and how to mend it",

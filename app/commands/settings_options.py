@@ -20,6 +20,7 @@ _METAVARS = {
     "regions": "auto|none|FILE.json",
     "skip": "STAGE,…",
 }
+_VECTORS = ("--normal", "--point")
 _DESTINATION = "setting:"
 
 
@@ -52,14 +53,19 @@ def explicit_options(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def joined_values(words: list[str]) -> list[str]:
-    """Words of a command line with `--ground -y:100` as one word, which argparse would take for two options."""
+    """Words of a command line, with `--ground -y:100` and `--normal -1,0,0` as one: argparse takes them for two."""
     joined: list[str] = []
     for word in words:
-        if joined and joined[-1] == "--ground" and word[:2] in ("-x", "-y", "-z"):
-            joined[-1] = f"--ground={word}"
+        last = joined[-1] if joined else ""
+        if (last == "--ground" and word[:2] in ("-x", "-y", "-z")) or (last in _VECTORS and _is_negative(word)):
+            joined[-1] = f"{last}={word}"
         else:
             joined.append(word)
     return joined
+
+
+def _is_negative(word: str) -> bool:
+    return word.startswith("-") and word[1:2] in tuple("0123456789.")
 
 
 def _metavar(option: str, wanted: Any, item: dataclasses.Field[Any]) -> str:

@@ -30,10 +30,11 @@ def measure(
         pops: How many were found.
     """
     teleported = course.frames.teleported
-    every = np.abs(steps(ao, teleported))[~teleported]
-    in_codes = np.abs(steps(codes(ao), teleported))
+    changes = np.nan_to_num(np.abs(steps(ao, teleported)))  # what is not known does not step
+    every = changes[~teleported]
+    in_codes = np.nan_to_num(np.abs(steps(codes(ao), teleported)))
     largest = every.max(axis=1) if len(every) else np.zeros(1)
-    at_boundary = np.abs(steps(ao, teleported))[crossings(course.region, teleported)]
+    at_boundary = changes[crossings(course.region, teleported)]
     median = float(np.median(largest))
     errors = np.empty(0) if truth is None else np.abs(ao.astype(np.float64) - truth)
     errors = errors[np.isfinite(errors)]

@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from bake.regions.convolution import convolve
 from bake.regions.evaluate import AXIS_NORMALS
 from bake.spherical_harmonics import evaluate
 from bake.types import Float32Array, Float64Array, Int32Array, Progress, UInt32Array
@@ -19,7 +20,6 @@ DIRECTIONS = 1024
 SPACING = 0.1
 MOST_PLACES = 20_000
 _CHECKS = 128
-_BANDS = np.repeat([1.0, 2.0 / 3.0, 1.0 / 4.0], (1, 3, 5)).astype(np.float32)
 
 
 class SphereCounts(Protocol):
@@ -80,7 +80,7 @@ def trace_truth(
     for begin in range(0, len(points), size):
         part = points[begin : begin + size]
         counts = tracer.gather_sphere(part, np.full(len(part), seed & 0xFFFFFFFF, np.uint32), directions)
-        sh.append(counts.sh * _BANDS[:, None])
+        sh.append(convolve(counts.sh).astype(np.float32))
         valid.append(counts.valid(back_face_threshold))
         yield Progress("trace the walk", min(begin + size, len(points)) * directions, len(points) * directions)
     found, fine = np.concatenate(sh), np.concatenate(valid)
