@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 from app.events import Event
+from app.scene_state import SceneState
 from bake.settings import BakeSettings, MappingKind
 from bake.types import BakeResult, BoolArray, Finding, Float64Array, Role, VertexField, World
 from viewer.decorated import DecoratedValues
 from viewer.decorator_view import DecoratorView, TreeShading
 from viewer.display import Display, shown_field
+from viewer.boxes import object_boxes
 from viewer.fields import Quantity, SurfaceField
 from viewer.probe import Readout
 
@@ -38,7 +41,9 @@ class Document:
         decorators: What is shown of trees, shrubs and small decorators.
         values: Values of the result's decorators; None without a result.
         visible: Objects that are drawn, shape (o,), bool.
-        selected: Index of the selected object, -1 for none.
+        selected: Index of the object selected last, -1 for none.
+        selection: Indices of all selected objects, ascending; holds `selected`, unless that is -1.
+        current: What the scene's files say now, where that is known; see `app.scene_state`.
         pinned: The point that was clicked.
     """
 
@@ -60,8 +65,11 @@ class Document:
         self.values: DecoratedValues | None = None
         self.visible: BoolArray = np.zeros(0, bool)
         self.selected = -1
+        self.selection: tuple[int, ...] = ()
+        self.current: SceneState | None = None
         self.pinned: Readout | None = None
         self._shown: tuple[tuple[object, ...], SurfaceField | None] = ((), None)
+        self._boxes: tuple[Float64Array, Float64Array] | None = None
         self._drawn: list[tuple[VertexField, DecoratorView, VertexField]] = []
 
         self.opened: Event[[]] = Event()
@@ -74,13 +82,14 @@ class Document:
         self.visibility_changed: Event[[]] = Event()
         self.selection_changed: Event[[]] = Event()
         self.pinned_changed: Event[[]] = Event()
+        self.current_changed: Event[[]] = Event()
 
     def events(self) -> tuple[Event[[]], ...]:
         """All events."""
         return (
             self.opened, self.world_changed, self.result_changed, self.field_changed, self.threshold_changed,
             self.display_changed, self.decorators_changed, self.visibility_changed, self.selection_changed,
-            self.pinned_changed,
+            self.pinned_changed, self.current_changed,
         )  # fmt: skip
 
     @property
@@ -99,9 +108,9 @@ class Document:
         """Starts over with a scene; its geometry follows by `set_world`."""
         self.scene_path, self.result_path, self.files = path, result_path, files
         self.findings, self.up_axis = findings, up_axis
-        self.world = self.result = self.field = self.other = self.pinned = self.values = None
+        self.world = self.result = self.field = self.other = self.pinned = self.values = self.current = None
         self._drawn = []
-        self.selected = -1
+        self.selected, self.selection = -1, ()
         self.visible = np.zeros(0, bool)
         self.opened.emit()
 
@@ -110,7 +119,7 @@ class Document:
         self.world = world
         # Lower LODs lie in the same place as what they stand for.
         self.visible = np.array([role not in (Role.LOD, Role.IGNORE) for role in world.object_roles], bool)
-        self.selected, self.pinned = -1, None
+        self.selected, self.selection, self.pinned = -1, (), None
         self.result = self.field = self.other = self.values = None
         self._drawn = []
         self.world_changed.emit()
@@ -182,9 +191,25 @@ class Document:
 
     def select(self, index: int) -> None:
         """Selects an object; -1 for none."""
-        if index != self.selected:
-            self.selected = index
+        self.select_all((index,) if index >= 0 else ())
+
+    def select_all(self, indices: Iterable[int], last: int | None = None) -> None:
+        """Selects several objects.
+
+        Args:
+            indices: The objects.
+            last: The one among them that was added last; the first of them by default.
+        """
+        selection = tuple(sorted({int(index) for index in indices}))
+        selected = last if last in selection else next(iter(selection), -1)
+        if (selection, selected) != (self.selection, self.selected):
+            self.selection, self.selected = selection, selected
             self.selection_changed.emit()
+
+    def set_current(self, current: SceneState | None) -> None:
+        """Takes what the scene's files say now."""
+        self.current = current
+        self.current_changed.emit()
 
     def pin(self, readout: Readout | None) -> None:
         """Keeps a point's readout in view."""
@@ -233,10 +258,26 @@ class Document:
 
     def object_bounds(self, index: int) -> tuple[Float64Array, Float64Array] | None:
         """Corners of an object's box, metres from the world's origin; None if it has no vertices."""
-        if self.world is None or not 0 <= index < self.world.object_count:
-            return None
-        points = self.world.positions[self.world.first_vertex[index] : self.world.first_vertex[index + 1]]
-        return (points.min(axis=0), points.max(axis=0)) if len(points) else None
+        return self.bounds_of((index,))
+
+    def bounds_of(self, indices: Iterable[int]) -> tuple[Float64Array, Float64Array] | None:
+        """Corners of the box around some objects, metres from the world's origin; None if they have no vertices."""
+        boxes = self.object_boxes(indices)
+        return (boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)) if len(boxes) else None
+
+    def object_boxes(self, indices: Iterable[int]) -> Float64Array:
+        """Corners of the boxes of some objects, shape (k, 2, 3), metres from the world's origin.
+
+        Objects without vertices, and indices that are none, are left out.
+        """
+        world = self.world
+        if world is None:
+            return np.zeros((0, 2, 3))
+        if self._boxes is None or self._boxes[0] is not world.positions:
+            self._boxes = (world.positions, object_boxes(world))
+        chosen = [index for index in indices if 0 <= index < world.object_count]
+        boxes = self._boxes[1][chosen]
+        return boxes[np.isfinite(boxes[:, 0, 0])]
 
 
 def default_result_folder(scene: Path, cache: Path) -> Path:

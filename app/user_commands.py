@@ -20,9 +20,9 @@ class UserCommands:
         self._document, self._area = document, area
 
     def frame(self) -> None:
-        """Shows the selected object, or the level without its far backdrop."""
+        """Shows the selected objects, or the level without its far backdrop."""
         world = self._document.world
-        bounds = self._document.object_bounds(self._document.selected)
+        bounds = self._document.bounds_of(self._document.selection)
         if bounds is None and world is not None and world.vertex_count:
             bounds = robust_bounds(world.positions)
         if bounds is not None:

@@ -111,9 +111,9 @@ class ViewPresenter:
             viewport.set_visible_faces(visible)
 
     def _on_selection(self) -> None:
-        bounds = self._document.object_bounds(self._document.selected)
+        boxes = self._document.object_boxes(self._document.selection)
         for viewport in self._viewports:
-            viewport.set_box(bounds)
+            viewport.set_boxes(boxes)
 
     def _draw(self) -> None:
         document = self._document

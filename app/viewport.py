@@ -200,12 +200,12 @@ class Viewport(QWidget):
         self._scales[name].set_scale(scale)
         self._place_children()
 
-    def set_box(self, bounds: tuple[Float64Array, Float64Array] | None) -> None:
-        """Draws a box around the selected object."""
-        if bounds is None:
-            self._box.hide()
+    def set_boxes(self, boxes: Float64Array) -> None:
+        """Draws boxes around the selected objects, shape (k, 2, 3)."""
+        if len(boxes):
+            self._box.set_boxes(boxes)
         else:
-            self._box.set_box(*bounds)
+            self._box.hide()
         self.view.update()
 
     def set_camera(self, camera: Camera) -> None:

@@ -71,10 +71,16 @@ class BoxActor:
 
     def set_box(self, low: Float64Array, high: Float64Array) -> None:
         """Shows the box between two corners, each of shape (3,)."""
-        corners = np.array([[(low, high)[bit >> axis & 1][axis] for axis in range(3)] for bit in range(8)], np.float32)
+        self.set_boxes(np.stack((low, high))[None])
+
+    def set_boxes(self, boxes: Float64Array) -> None:
+        """Shows boxes by their lowest and highest corners, shape (k, 2, 3), k at least 1."""
+        bits = np.arange(8)[:, None] >> np.arange(3) & 1
+        corners = boxes[:, bits, np.arange(3)].reshape(-1, 3).astype(np.float32)
+        first = 8 * np.arange(len(boxes), dtype=np.int32)
         data = vtkPolyData()
         data.SetPoints(vtk_points(corners))
-        data.SetLines(vtk_cells(self.EDGES))
+        data.SetLines(vtk_cells((first[:, None, None] + self.EDGES).reshape(-1, 2)))
         self._data.ShallowCopy(data)
         self._data.Modified()
         self.actor.VisibilityOn()

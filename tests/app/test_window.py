@@ -61,7 +61,7 @@ def test_scene_is_shown_and_waits_for_the_bake_button(window: Window, qtbot: QtB
     assert window.document.result is None
     assert not window.engine.is_baking
     assert window.windowTitle() == "small.obj — Obscura"
-    assert window.panels.outliner.item_of(0).text(0) == "Ground"
+    assert window.panels.outliner.name_of(0) == "Ground"
     assert recent_files(window.store) == [level.resolve()]
     assert window.panels.bake._bake.isEnabled()
 
@@ -146,7 +146,7 @@ def test_click_pins_and_selects_and_the_background_lets_go(shown: Window, qtbot:
     assert document.pinned.object == "Crate"
     assert document.world is not None
     assert document.world.object_paths[document.selected] == "Crate"
-    assert shown.panels.outliner.item_of(document.selected).isSelected()
+    assert shown.panels.outliner.is_chosen(document.selected)
     assert shown.panels.probe.view.proxy.rowCount() >= 5
     shown.panels.probe._copy()
     clipboard = QApplication.clipboard()
@@ -268,8 +268,8 @@ def test_hidden_objects_are_neither_drawn_nor_picked(shown: Window, qtbot: QtBot
     """Unticking an object in the list takes it out of the picture and out of the cursor's way."""
     middle = _look_at(shown, "Crate")
     index = shown.document.selected
-    shown.panels.outliner.item_of(index).setCheckState(0, Qt.CheckState.Unchecked)
-    _wait(qtbot, lambda: not shown.document.visible[index])
+    shown.panels.outliner.toggle(index)
+    assert not shown.document.visible[index]
     shown.picker.finish()
     pick = shown.area.main.pick_at(QPointF(middle))
     world = shown.document.world

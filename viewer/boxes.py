@@ -1,0 +1,19 @@
+"""Boxes around the objects of a world."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bake.types import Float64Array, World
+
+
+def object_boxes(world: World) -> Float64Array:
+    """Lowest and highest corner of every object, shape (o, 2, 3), metres from the origin; NaN without vertices."""
+    boxes = np.full((world.object_count, 2, 3), np.nan)
+    used = np.flatnonzero(np.diff(world.first_vertex) > 0)
+    if len(used):
+        first = np.asarray(world.first_vertex)[used]
+        positions = np.asarray(world.positions)[: world.first_vertex[-1]]
+        boxes[used, 0] = np.minimum.reduceat(positions, first)
+        boxes[used, 1] = np.maximum.reduceat(positions, first)
+    return boxes
