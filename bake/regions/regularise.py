@@ -17,6 +17,7 @@ from bake.regions.gram import box_gram, box_volumes, group_boxes
 from bake.regions.mismatch import boundary_mismatch
 
 _SPHERE = 4.0 * math.pi
+_UNSEEN = 1e-12  # of the largest eigenvalue: less is rounding
 _LARGEST_LOBE = 9.0 / _SPHERE  # Σ Y² of the nine functions, the same in every direction: bounds AO by coefficients
 
 
@@ -98,22 +99,22 @@ class _Descent:
         self._fitted, self._owner = models, owner
         self._ends: Int32Array = owner[graph.link[joined]]
         self._half = group_boxes(graph.minimum, graph.maximum, owner)[1]
-        free = np.unpackbits(models.terms[:, None], axis=1, count=PARAMETERS, bitorder="little").astype(np.bool_)
-        free[:, 0] = True
-        self._root = _whitening(models, graph, owner, self._half, free)
+        self._free = np.unpackbits(models.terms[:, None], axis=1, count=PARAMETERS, bitorder="little").astype(np.bool_)
+        self._free[:, 0] = True
+        self._root = _whitening(models, graph, owner, self._half, self._free)
         self._lengths = np.ones((len(graph), PARAMETERS))
         self._lengths[:, 1:] = np.repeat(self._half, 2, axis=1)
         parameters = models.coefficients.reshape(len(graph), PARAMETERS, -1) * self._lengths[:, :, None]
         self._y = np.swapaxes(self._root, 1, 2) @ parameters
         self._start = self._y.copy()
         self._weights = beta * link_weights(graph.link_area[joined], self._ends, len(graph))
-        self._phi = np.stack([self._at_boundary(end, graph.link_centre[joined], free) for end in self._ends.T], axis=1)
+        self._phi = np.stack([self._at_boundary(end, graph.link_centre[joined]) for end in self._ends.T], axis=1)
         self._prepare_sweeps(len(graph))
         self._values = self._boundary_values()
 
-    def _at_boundary(self, end: Int32Array, position: Float64Array, free: BoolArray) -> Float64Array:
+    def _at_boundary(self, end: Int32Array, position: Float64Array) -> Float64Array:
         offsets = (position - self._fitted.centre[end]) / self._half[end]
-        phi = np.where(free[end], basis(offsets), 0.0)
+        phi = np.where(self._free[end], basis(offsets), 0.0)
         return np.linalg.solve(self._root[end], phi[:, :, None])[:, :, 0].astype(np.float64)
 
     def _prepare_sweeps(self, count: int) -> None:
@@ -124,13 +125,18 @@ class _Descent:
             phi = self._phi[:, side]
             np.add.at(pull, self._ends[:, side], self._weights[:, None, None] * phi[:, :, None] * phi[:, None, :])
         values, vectors = np.linalg.eigh(pull)
-        shrink = (vectors / (1.0 + np.maximum(values, 0.0))[:, None, :]) @ np.swapaxes(vectors, 1, 2)
-        resting = shrink @ self._start
+        turned = np.swapaxes(vectors, 1, 2)
+        # Directions that no boundary sees must stay free of the rounding errors of those that a large β pins.
+        seen: BoolArray = values > _UNSEEN * values[:, -1:]
+        shrink = 1.0 / (1.0 + np.where(seen, values, 0.0))
+        resting = vectors @ (shrink[:, :, None] * (turned @ self._start))
         colour = colouring(count, self._ends)
         one_end, other_end = self._ends.T.ravel(), self._ends[:, ::-1].T.ravel()
         own_phi = np.concatenate([self._phi[:, 0], self._phi[:, 1]])
         other_phi = np.concatenate([self._phi[:, 1], self._phi[:, 0]])
-        added = np.tile(self._weights, 2)[:, None] * (shrink[one_end] @ own_phi[:, :, None])[:, :, 0]
+        own_turned = (turned[one_end] @ own_phi[:, :, None])[:, :, 0]
+        own_turned = np.where(seen[one_end], own_turned * shrink[one_end], 0.0)
+        added = np.tile(self._weights, 2)[:, None] * (vectors[one_end] @ own_turned[:, :, None])[:, :, 0]
         self._read = _rows(np.concatenate([self._ends[:, 0], self._ends[:, 1]]), own_phi, count)
         self._colours: list[tuple[Int64Array, Float64Array, csr_array, csr_array]] = []
         position = np.zeros(count, np.int64)
@@ -162,6 +168,7 @@ class _Descent:
         """The models as they stand."""
         fitted = self._fitted
         parameters = np.linalg.solve(np.swapaxes(self._root, 1, 2), self._y) / self._lengths[:, :, None]
+        parameters = np.where(self._free[:, :, None], parameters, 0.0)
         coefficients = fitted.coefficients.copy()
         linked = np.unique(self._ends)
         coefficients[linked] = parameters.reshape(fitted.coefficients.shape)[linked]
