@@ -61,7 +61,7 @@ def save_result(result: BakeResult, folder: Path) -> None:
     try:
         with storage_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)
-            with folder_lock(folder), _staging(folder) as staging:
+            with folder_lock(folder), staging_in(folder) as staging:
                 for file in files.values():
                     _put(file, staging, folder)
                 sync_folder(folder)
@@ -105,7 +105,7 @@ def _put(file: ArrayFile, staging: Path, folder: Path) -> None:
 
 
 @contextlib.contextmanager
-def _staging(folder: Path) -> Generator[Path]:
+def staging_in(folder: Path) -> Generator[Path]:
     """A folder for unfinished files; at the end, whatever happened, only what the manifest names remains."""
     staging = folder / _STAGING
     shutil.rmtree(staging, ignore_errors=True)  # of a writer that was killed: we hold the lock, so it is gone
@@ -114,10 +114,11 @@ def _staging(folder: Path) -> Generator[Path]:
         yield staging
     finally:
         shutil.rmtree(staging, ignore_errors=True)
-        _sweep(folder)
+        sweep(folder)
 
 
-def _sweep(folder: Path) -> None:
+def sweep(folder: Path) -> None:
+    """Removes the array files that the manifest does not name; whoever calls holds the lock."""
     try:
         kept = {stored.file for stored in read_manifest(folder).arrays.values()}
     except ResultError:
