@@ -19,6 +19,7 @@ DIP = 1e-3
 """AO below minus this, about any normal, calls for a window."""
 
 _DIRECTIONS = 512
+_STEPS = 16
 _FUNCTIONS_A_PART = 1 << 14
 
 
@@ -70,7 +71,7 @@ def _descend(functions: Float64Array, directions: Float64Array) -> Float64Array:
     # Curvature along the sphere is at most that of the quadratic part plus the pull of the linear one.
     size = 4.0 * np.linalg.norm(quadratic, axis=(1, 2)) + np.linalg.norm(linear, axis=1)
     step = 1.0 / np.maximum(size, 1e-12)
-    for _ in range(8):
+    for _ in range(_STEPS):
         slope = linear + 2.0 * np.einsum("mij,mj->mi", quadratic, directions)
         along = slope - np.einsum("mi,mi->m", slope, directions)[:, None] * directions
         directions = directions - step[:, None] * along

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from synthetic import chain, points_of, random_field, row_of_boxes
 
 from bake import spherical_harmonics
 from bake.region_types import GRID, CentreKind, PointState, RegionGraph, RegionPoints
@@ -14,6 +13,7 @@ from bake.regions.fit import RIDGE, fit_regions, solve
 from bake.regions.grid import grid_positions
 from bake.regions.moments import sum_points
 from bake.settings import BakeSettings
+from tests.regions.synthetic import chain, points_of, random_field, row_of_boxes
 
 SETTINGS = BakeSettings()
 

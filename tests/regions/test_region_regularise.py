@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
-from synthetic import build_regions, chain, points_of, random_field, row_of_boxes
 
 from bake.region_types import PARAMETERS, RegionGraph, RegionModels
 from bake.regions.colouring import colouring
@@ -19,6 +18,7 @@ from bake.regions.gram import box_gram
 from bake.regions.mismatch import boundary_mismatch
 from bake.regions.regularise import link_weights, regularise
 from bake.settings import BakeSettings
+from tests.regions.synthetic import build_regions, chain, points_of, random_field, row_of_boxes
 
 
 def random_graph(seed: int, count: int, links: int) -> RegionGraph:

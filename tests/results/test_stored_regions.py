@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import sys
 import tempfile
 from pathlib import Path
 
@@ -14,14 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthetic_results import build_result, same_results
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "regions"))  # the synthetic regions live there
-
-from synthetic import build_regions
-
 from bake.errors import ResultError
 from bake.results import is_current, load_result, save_result
 from bake.results.manifest import _checksum
 from bake.types import BakeResult
+from tests.regions.synthetic import build_regions
 
 
 def with_regions(result: BakeResult, count: int = 3, *, absorbed: bool = False) -> BakeResult:
