@@ -17,7 +17,7 @@ Shapes = tuple[Float32Array, Int32Array, UInt8Array]
 
 AXES = ("+X", "−X", "+Y", "−Y", "+Z", "−Z")
 """Names of `AXIS_NORMALS`."""
-_ROWS, _SMALL_ROWS = 24, 8
+_ROWS, _SMALL_ROWS = 24, 10
 _SMALL = 0.09  # radius of a small sphere as a share of its region's shortest edge
 
 

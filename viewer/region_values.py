@@ -16,21 +16,13 @@ POINTS = GRID**3
 NONE_COLOR = (148, 152, 158)
 CENTRE_COLORS = {
     CentreKind.BOX: (86, 180, 233),
-    CentreKind.MASS: (230, 159, 0),
+    CentreKind.MASS: (204, 121, 167),
     CentreKind.OPTIMISED: (0, 158, 115),
 }
 CENTRE_WORDS = {
     CentreKind.BOX: "box",
     CentreKind.MASS: "centre of mass",
     CentreKind.OPTIMISED: "optimised",
-}
-COLOR_TITLES = {
-    RegionColor.ERROR: "Fit error",
-    RegionColor.MISMATCH: "Largest mismatch of its boundaries",
-    RegionColor.VALID: "Valid points",
-    RegionColor.MEMORY: "Bytes of its points",
-    RegionColor.TERMS: "Parameters determined",
-    RegionColor.CENTRE: "Centre of the model",
 }
 
 
@@ -141,9 +133,9 @@ def link_top(regions: Regions, view: RegionView) -> float:
 
 
 def link_scale(regions: Regions, view: RegionView, distance: float) -> Scale:
-    """What the links' colours and thickness mean."""
+    """What the links' colours mean."""
     state = "as fitted" if view.as_fitted else "regularised"
-    note = f"at {distance_label(distance)}, {state}; thicker: more area"
+    note = f"at {distance_label(distance)}, {state}"
     return Scale("Mismatch of links", CIVIDIS, 0.0, link_top(regions, view), note=note)
 
 

@@ -10,6 +10,7 @@ from app.parts.habits import HabitsPart
 from app.parts.help import HelpPart
 from app.parts.panels import PanelsPart
 from app.parts.views import ViewsPart
+from app.region_part import RegionsPart
 from app.window_parts import Part
 
 PARTS: tuple[type[Part], ...] = (
@@ -18,6 +19,7 @@ PARTS: tuple[type[Part], ...] = (
     PanelsPart,
     ViewsPart,
     BakingPart,
+    RegionsPart,
     HabitsPart,
     HelpPart,
     AvailabilityPart,
