@@ -107,7 +107,10 @@ def _draw_steps(axes: Any, walk: Walk) -> None:
         if variant in walk.ao:
             largest = np.abs(np.nan_to_num(steps(walk.ao[variant], walk.teleported))).max(axis=1)
             largest[largest < _LEAST_STEP] = np.nan
-            axes.plot(walk.time, largest, color=colour, linewidth=0.8, alpha=0.8)
+            real = variant is Variant.TRUTH
+            axes.plot(
+                walk.time, largest, color=colour, linewidth=0.8, alpha=0.3 if real else 0.8, zorder=1 + (not real)
+            )
     axes.axhline(STEP_BOUND, color="#202020", linewidth=0.9, linestyle="--")
     axes.annotate("one 8-bit code at white", (walk.time[-1], STEP_BOUND), (-4, 3), "data", "offset points",
                   ha="right", fontsize=8)  # fmt: skip

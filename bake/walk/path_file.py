@@ -44,7 +44,7 @@ def read_path(file: Path, *, origin: Float64Array) -> WalkPath:
     pieces = _from_json(text, str(file)) if file.suffix.lower() == ".json" else _from_csv(text, str(file))
     if sum(map(len, pieces)) > MOST_POINTS:
         raise InputError(f"more than {MOST_POINTS:,} points", where=str(file), remedy="thin the path out")
-    return path_in_pieces([np.array(piece) - origin for piece in pieces], where=str(file))
+    return path_in_pieces([np.array(piece, np.float64).reshape(-1, 3) - origin for piece in pieces], where=str(file))
 
 
 def _from_json(text: str, where: str) -> list[Piece]:
