@@ -61,7 +61,7 @@ def _embree(
 # between two of them. Widening each far slab by two units in the last place closes the gaps (Ize 2013, "Robust BVH Ray
 # Traversal"). It also takes a t_min and leaves the normal to the one hit that is kept. Triangles are tested by Warp's
 # watertight routine.
-_BVH = """
+BVH_WALK = """
     using namespace wp;
     const Mesh& mesh = *(const Mesh*)scene;
     const float tiny = 1e-20f;
@@ -140,12 +140,13 @@ _BVH = """
 """
 
 
-@wp.func_native(_BVH)
+@wp.func_native(BVH_WALK)
 def _bvh(entry: wp.uint64, scene: wp.uint64, o: wp.vec3, d: wp.vec3, t_min: wp.float32, t_max: wp.float32) -> vec5d: ...
 
 
 @wp.func
-def _unpack(packed: vec5d) -> Hit:
+def unpack(packed: vec5d) -> Hit:
+    """A hit from distance, primitive, cosine and two weights."""
     hit = Hit()
     hit.distance = wp.float32(packed[0])
     hit.primitive = wp.int32(packed[1])
@@ -169,7 +170,7 @@ def embree_closest(
     entry: wp.uint64, scene: wp.uint64, origin: wp.vec3, direction: wp.vec3, t_min: wp.float32, t_max: wp.float32
 ) -> Hit:
     """Closest hit by Embree; `entry` is the address of rtcIntersect1, `scene` the RTCScene."""
-    return _unpack(_embree(entry, scene, origin, direction, t_min, t_max))
+    return unpack(_embree(entry, scene, origin, direction, t_min, t_max))
 
 
 @wp.func
@@ -177,4 +178,4 @@ def bvh_closest(
     entry: wp.uint64, scene: wp.uint64, origin: wp.vec3, direction: wp.vec3, t_min: wp.float32, t_max: wp.float32
 ) -> Hit:
     """Closest hit in a Warp mesh; `scene` is the mesh's id, `entry` is not used."""
-    return _unpack(_bvh(entry, scene, origin, direction, t_min, t_max))
+    return unpack(_bvh(entry, scene, origin, direction, t_min, t_max))

@@ -9,6 +9,7 @@ from typing import Self
 
 import numpy as np
 
+from bake.decorator_types import FogBoxes
 from bake.errors import SettingsError
 from bake.settings import BakeSettings
 from bake.trace.records import RayRecords
@@ -144,6 +145,16 @@ class Tracer(ABC):
                 enough, as for fog and trees.
             low, high: Shape (b, 3) each, float32, relative to `World.origin`: boxes around the object; rays that miss
                 them all are not followed.
+        """
+
+    @abstractmethod
+    def trace_without(self, samples: SampleSet, wanted: int, fog: FogBoxes | None) -> Tally:
+        """Traces some samples as if one object did not cast: every ray goes on behind it, to the bit as it would.
+
+        Args:
+            samples: Shape (n,).
+            wanted: The object whose faces do not cast, nor dim if it is a tree.
+            fog: The boxes as they are without it; None if there are none.
         """
 
     def points_at_once(self, directions: int) -> int:

@@ -7,6 +7,7 @@ at a tracer and not at its input.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ from bake.types import (
     Float64Array,
     Int32Array,
     Int64Array,
+    Role,
     SampleSet,
     Tally,
     UInt32Array,
@@ -141,6 +143,18 @@ class TracerBrute(Tracer):
                 struck[ray] |= self.world.face_object[face] == wanted
             near &= struck
         return np.asarray(near.reshape(-1, rays).any(axis=1))
+
+    def trace_without(self, samples: SampleSet, wanted: int, fog: FogBoxes | None) -> Tally:
+        """Traces as if one object did not cast; see `Tracer.trace_without`."""
+        world = self.world
+        roles = list(world.object_roles)
+        if roles[wanted] is Role.TREE:
+            roles[wanted] = Role.IGNORE
+        casts = world.face_casts & (world.face_object != wanted)
+        other = TracerBrute(replace(world, face_casts=casts, object_roles=tuple(roles)), self.settings, fog)
+        tally = Tally.empty(len(samples), self.settings.distance_count)
+        other.accumulate(samples, slice(0, len(samples)), tally)
+        return tally
 
     def close(self) -> None:
         """Holds nothing that needs freeing."""

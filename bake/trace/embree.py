@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from contextlib import contextmanager
+
 import numpy as np
 
 from bake.decorator_types import FogBoxes
@@ -24,6 +27,11 @@ class TracerEmbree(TracerFused):
         self.batch_size = max(64, (1 << 19) // settings.rays)
         self._embree = EmbreeScene(self.points, world.faces[self.cast_face].astype(np.uint32))
         self.entry, self.scene = self._embree.intersect_address, self._embree.address
+
+    @contextmanager
+    def _passing_over(self, first: int, last: int) -> Generator[tuple[int, int]]:
+        held = np.array([self.scene, first, last], np.uint64)
+        yield self.entry, held.ctypes.data
 
     def close(self) -> None:
         """Frees the Embree scene."""

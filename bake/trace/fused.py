@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import AbstractContextManager
 from itertools import pairwise
 from typing import Any
 
@@ -126,11 +128,27 @@ class TracerFused(Tracer):
         """Which samples have a ray that meets an object; see `Tracer.meets`."""
         return self._recorder().meets(samples, wanted, low, high)
 
+    def trace_without(self, samples: SampleSet, wanted: int, fog: FogBoxes | None) -> Tally:
+        """Traces as if one object did not cast; see `Tracer.trace_without`."""
+        assert self._veil is not None
+        work, veil = self._upload_work(samples), self._veil.without(self.world, wanted, fog)
+        first, last = np.searchsorted(self.world.face_object[self.cast_face], (wanted, wanted + 1))
+        kernel = self._kernels.obscurance_kernel(f"{self.name}-without", veil.fog_boxes > 0, veil.tree_triangles > 0)
+        with self._passing_over(int(first), int(last)) as handles:
+            inputs = [*handles, self._surface, veil.argument, work, self._falloff]
+            self._launch(kernel, slice(0, len(samples)), inputs)
+        rays = np.full(len(samples), self.settings.rays, np.uint16)
+        return Tally(work.ao.numpy(), rays, work.hits.numpy(), work.back_faces.numpy())
+
     def close(self) -> None:
         """Frees device memory and threads."""
         if self._pool is not None:
             self._pool.shutdown()
         self._surface = self._veil = self._work = self._work_of = None
+
+    @abstractmethod
+    def _passing_over(self, first: int, last: int) -> AbstractContextManager[tuple[int, int]]:
+        """The two addresses for a closest-hit function that passes over primitives `first` to `last` - 1."""
 
     def _recorder(self) -> Recorder:
         assert self._veil is not None

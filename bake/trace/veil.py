@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -94,6 +95,32 @@ class DeviceVeil:
             # On the CPU the slower build is worth its time: every ray walks the result.
             constructor = "sah" if device == "cpu" else None
             self._add_trees(world, leaves, positions, constructor)
+
+    def without(self, world: World, wanted: int, fog: FogBoxes | None) -> DeviceVeil:
+        """The same without one object; trees keep their structure.
+
+        Args:
+            world: The same.
+            wanted: The object; as a tree it dims nothing, as a shrub it is not in `fog`.
+            fog: Boxes as they are without it.
+        """
+        from bake.kernels import veil
+
+        other, mine = copy.copy(self), self.argument
+        argument: Any = veil.Veil()
+        argument.trees, argument.tree_depth = mine.trees, mine.tree_depth
+        argument.tree_transmission, argument.tree_texture = mine.tree_transmission, mine.tree_texture
+        other.argument = argument
+        own = world.face_object[self.tree_face] == wanted
+        if own.any():
+            argument.tree_depth = self._array(np.where(own, np.float32(0.0), mine.tree_depth.numpy()), self._wp.float32)
+            if world.face_texture is not None:
+                texture = np.where(own, np.int32(-1), world.face_texture[self.tree_face])
+                argument.tree_texture = self._array(texture, self._wp.int32)
+        other.fog_boxes = 0 if fog is None else int(np.count_nonzero(fog.density > 0.0))
+        if fog is not None and other.fog_boxes:
+            other._add_fog(fog)
+        return other
 
     def _add_fog(self, fog: FogBoxes) -> None:
         dims = fog.density > 0.0

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from contextlib import contextmanager
+
 import numpy as np
 
 from bake.decorator_types import FogBoxes
@@ -28,6 +31,10 @@ class TracerWarp(TracerFused):
             points=self.positions, indices=indices, bvh_constructor="sah" if not device.is_cuda else None
         )
         self.scene = int(np.uint64(self._mesh.id))
+
+    @contextmanager
+    def _passing_over(self, first: int, last: int) -> Generator[tuple[int, int]]:
+        yield first | last << 32, self.scene
 
     def close(self) -> None:
         """Frees the BVH before what it refers to."""

@@ -27,8 +27,9 @@ def grove() -> tuple[World, FogBoxes]:
     world = make_world(
         quad(4.0),
         *spheres,
-        roles=(Role.STATIC, Role.TREE, Role.TREE),
-        keys=(ObjectKeys(), ObjectKeys(transmission=0.3), ObjectKeys()),
+        *(quad(0.1, -1.0) for _ in range(3)),
+        roles=(Role.STATIC, Role.TREE, Role.TREE, *(Role.SHRUB,) * 3),
+        keys=(ObjectKeys(), ObjectKeys(transmission=0.3), *(ObjectKeys(),) * 4),
     )
     floor = world.face_object == 0
     low = np.array([[-2.0, 0.2, -2.0], [-1.0, 0.1, -1.0], [0.5, 1.0, -0.5]], np.float32)
@@ -141,3 +142,46 @@ def test_nothing_recorded_of_nothing() -> None:
     with create_tracer(world, SETTINGS, CPU) as tracer:
         records = tracer.record(some_samples(world).only(np.zeros(0, np.int64)))
     assert records.direction.shape == (0, 32, 3)
+
+
+@pytest.mark.parametrize("wanted", [0, 3, 5])
+def test_tracing_without_an_object_is_tracing_a_world_without_it(body: str, wanted: int) -> None:
+    """To the bit, what samples see with an object passed over is what they see where it never was."""
+    world = clutter(2, 6)
+    samples, tally = trace_all(body, world, SETTINGS)
+    bare = replace(world, face_casts=world.face_casts & (world.face_object != wanted))
+    _, expected = trace_all(body, bare, SETTINGS)
+    with open_tracer(body, world, SETTINGS) as tracer:
+        found = tracer.trace_without(samples, wanted, None)
+    for name in ("ao", "hits", "back_faces", "rays"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
+    assert (found.ao != tally.ao).any()
+
+
+def test_coincident_faces_of_another_object_stay(fast_body: str) -> None:
+    """A wall that lies in the same plane as the object passed over still blocks."""
+    world = make_world(quad(2.0), quad(8.0, 1.0, up=False), quad(8.0, 1.0, up=False), casts=True)
+    samples, tally = trace_all(fast_body, world, SETTINGS)
+    with open_tracer(fast_body, world, SETTINGS) as tracer:
+        found = tracer.trace_without(samples, 1, None)
+    floor = world.face_object[samples.face] == 0
+    np.testing.assert_allclose(found.ao[floor], tally.ao[floor], atol=1e-6)
+
+
+@pytest.mark.parametrize("wanted", [1, 2, 4])
+def test_trees_and_fog_are_passed_over_too(body: str, wanted: int) -> None:
+    """Without a tree or a shrub, rays are as dim as in a world without it."""
+    world, boxes = grove()
+    roles = list(world.object_roles)
+    rest = boxes
+    if wanted <= 2:
+        roles[wanted] = Role.IGNORE
+    else:
+        there = boxes.object != wanted
+        names = ("object", "minimum", "maximum", "given_density", "density")
+        rest = FogBoxes(*(getattr(boxes, name)[there] for name in names))
+    samples, _ = trace_all(body, world, SETTINGS, fog=boxes)
+    _, expected = trace_all(body, replace(world, object_roles=tuple(roles)), SETTINGS, fog=rest)
+    with open_tracer(body, world, SETTINGS, fog=boxes) as tracer:
+        found = tracer.trace_without(samples, wanted, rest)
+    np.testing.assert_allclose(found.ao, expected.ao, atol=2e-6)
