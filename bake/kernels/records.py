@@ -270,7 +270,7 @@ def crossings_kernel(fog: bool, trees: bool) -> Any:
             write = begin[i]
         if fog:
             boxes[i] = list_boxes(
-                veil.bounds, veil.child, veil.density, origin, directions[i], distance[i], place, depth, write
+                veil.bounds, veil.node, veil.density, origin, directions[i], distance[i], place, depth, write
             )
         if trees:
             if write >= wp.int64(0) and fog:

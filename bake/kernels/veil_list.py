@@ -21,17 +21,17 @@ _BOXES = """
     const float rz = 1.0f / (wp::abs(d[2]) < tiny ? tiny : d[2]);
     const int near_x = rx < 0.0f ? 24 : 0, near_y = ry < 0.0f ? 32 : 8, near_z = rz < 0.0f ? 40 : 16;
     int count = 0;
-    int stack[96];
+    int stack[192];
     int size = 0;
     stack[size++] = 0;
     while (size > 0) {
-        const int node = stack[--size];
-        const float* box = bounds.data + 48 * node;
-        const int first = child.data[node];
-        for (int c = 0; c < 8; ++c) {
-            const float x0 = (box[near_x + c] - o[0]) * rx, x1 = (box[24 - near_x + c] - o[0]) * rx;
-            const float y0 = (box[near_y + c] - o[1]) * ry, y1 = (box[40 - near_y + c] - o[1]) * ry;
-            const float z0 = (box[near_z + c] - o[2]) * rz, z1 = (box[56 - near_z + c] - o[2]) * rz;
+        const int* const at = node.data + 3 * stack[--size];
+        const int first = at[2];
+        for (int c = 0; c < 8 * at[1]; ++c) {
+            const float* box = bounds.data + 48 * ((int64)at[0] + c / 8) + c % 8;
+            const float x0 = (box[near_x] - o[0]) * rx, x1 = (box[24 - near_x] - o[0]) * rx;
+            const float y0 = (box[near_y] - o[1]) * ry, y1 = (box[40 - near_y] - o[1]) * ry;
+            const float z0 = (box[near_z] - o[2]) * rz, z1 = (box[56 - near_z] - o[2]) * rz;
             float enter = x0 > y0 ? x0 : y0;
             enter = enter > z0 ? enter : z0;
             enter = enter > 0.0f ? enter : 0.0f;
@@ -57,7 +57,7 @@ _BOXES = """
 @wp.func_native(_BOXES)
 def list_boxes(
     bounds: wp.array(dtype=wp.float32),
-    child: wp.array(dtype=wp.int32),
+    node: wp.array(dtype=wp.int32),
     density: wp.array(dtype=wp.float32),
     o: wp.vec3,
     d: wp.vec3,

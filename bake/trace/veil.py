@@ -12,7 +12,7 @@ from bake.decorator_types import FogBoxes
 from bake.errors import SceneError
 from bake.geometry import MAX_OPTICAL_DEPTH
 from bake.settings import BakeSettings
-from bake.trace.wide_bvh import WIDTH, build_wide_bvh
+from bake.trace.wide_bvh import build_wide_bvh
 from bake.types import Float32Array, Int32Array, Role, World
 
 TREE_TRANSMISSION = 0.5
@@ -127,11 +127,11 @@ class DeviceVeil:
         if not np.isfinite(fog.minimum[dims]).all() or not np.isfinite(fog.maximum[dims]).all():
             raise SceneError("a shrub's box is not finite", where="fog", remedy="check the shrubs' transforms")
         tree = build_wide_bvh(fog.minimum[dims], fog.maximum[dims])
-        density = np.zeros(-(-len(tree.order) // WIDTH) * WIDTH, np.float32)
+        density = np.zeros(tree.places, np.float32)
         density[: len(tree.order)] = fog.density[dims][tree.order]
         self.fog_object = fog.object[dims][tree.order]
         self.argument.bounds = self._array(tree.bounds.ravel(), self._wp.float32)
-        self.argument.child = self._array(tree.child, self._wp.int32)
+        self.argument.node = self._array(tree.node.ravel(), self._wp.int32)
         self.argument.density = self._array(density, self._wp.float32)
 
     def _add_trees(self, world: World, leaves: TreeFaces, positions: Any, constructor: str | None) -> None:
