@@ -10,10 +10,11 @@ from bake.types import BoolArray, Float32Array, Float64Array, World
 
 _RAYS_A_CALL = 1 << 20
 _LOOKS = 8  # directions in which a point looks for back faces
+_MOST_LEAVES = 16  # faces that do not stop and that one segment passes; behind them it counts as blocked
 
 
 class FreeSpace:
-    """The opaque and partly open faces of a world, as obstacles.
+    """The faces of a world that stop what moves, as obstacles.
 
     Positions are metres relative to `World.origin`. A two-sided face has no inside.
 
@@ -21,9 +22,11 @@ class FreeSpace:
         rays: How many were traced so far.
     """
 
-    def __init__(self, world: World, nearest: Nearest) -> None:
+    def __init__(self, world: World, nearest: Nearest, stops: BoolArray | None = None) -> None:
+        """Takes a tracer's closest hits, and which faces stop, shape (m,); by default all do."""
         self._nearest = nearest
         self._two_sided = world.face_two_sided
+        self._stops = np.ones(world.face_count, np.bool_) if stops is None else stops
         self.rays = 0
 
     def clear(self, start: Float64Array, end: Float64Array, *, width: float | Float64Array = 0.0) -> BoolArray:
@@ -60,7 +63,8 @@ class FreeSpace:
             hits = self._nearest(origins, np.tile(directions, (count, 1)), float(reach[part].max()))
             self.rays += len(origins)
             distance = hits.distance.reshape(count, _LOOKS)
-            met = (hits.face.reshape(count, _LOOKS) >= 0) & (distance <= reach[part, None])
+            stopped = (hits.face >= 0) & self._stops[np.maximum(hits.face, 0)]
+            met = stopped.reshape(count, _LOOKS) & (distance <= reach[part, None])
             one_sided = ~self._two_sided[np.maximum(hits.face, 0)].reshape(count, _LOOKS)
             back = met & one_sided & (hits.cosine.reshape(count, _LOOKS) > GRAZING_COSINE)
             backs, all_met = back.sum(axis=1), met.sum(axis=1)
@@ -83,7 +87,8 @@ class FreeSpace:
             directions = np.broadcast_to(down.astype(np.float32), origins.shape).copy()
             hits = self._nearest(origins, directions, float(reach[part].max()))
             self.rays += len(origins)
-            front = (hits.cosine < 0.0) | self._two_sided[np.maximum(hits.face, 0)]
+            face = np.maximum(hits.face, 0)
+            front = (hits.cosine < 0.0) | self._two_sided[face] | ~self._stops[face]  # leaves hang above something
             found[part] = (hits.face >= 0) & (hits.distance <= reach[part]) & front
         return found
 
@@ -91,13 +96,31 @@ class FreeSpace:
         clear = np.ones(len(start), np.bool_)
         for begin in range(0, len(start), _RAYS_A_CALL):
             part = slice(begin, begin + _RAYS_A_CALL)
-            way = end[part] - start[part]
-            length = np.linalg.norm(way, axis=1)
-            direction = (way / np.where(length > 0.0, length, 1.0)[:, None]).astype(np.float32)
-            direction[length == 0.0] = (0.0, 0.0, 1.0)
-            hits = self._nearest(start[part].astype(np.float32), direction, float(length.max(initial=1e-6)))
-            self.rays += len(length)
-            clear[part] = ~(hits.distance < length)
+            clear[part] = self._clear_at_once(start[part], end[part])
+        return clear
+
+    def _clear_at_once(self, start: Float64Array, end: Float64Array) -> BoolArray:
+        way = end - start
+        length = np.linalg.norm(way, axis=1)
+        direction = way / np.where(length > 0.0, length, 1.0)[:, None]
+        direction[length == 0.0] = (0.0, 0.0, 1.0)
+        clear = np.ones(len(start), np.bool_)
+        going, gone = np.arange(len(start)), np.zeros(len(start))
+        for _ in range(_MOST_LEAVES):
+            left = length[going] - gone[going]
+            origins = (start[going] + gone[going, None] * direction[going]).astype(np.float32)
+            hits = self._nearest(origins, direction[going].astype(np.float32), float(left.max(initial=1e-6)))
+            self.rays += len(going)
+            hit = hits.distance < left
+            clear[going[hit]] = False
+            passes = hit & ~self._stops[np.maximum(hits.face, 0)]
+            going = going[passes]
+            if len(going) == 0:
+                break
+            # Behind the leaf, rays go on, and count as clear again until they meet something.
+            gone[going] += hits.distance[passes] * (1.0 + 1e-5) + 1e-4
+            clear[going] = True
+        clear[going] = False
         return clear
 
 
