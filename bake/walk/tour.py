@@ -123,14 +123,19 @@ def _on_floor(points: Float64Array, floor: Floor, free: FreeSpace) -> Float64Arr
     straight = places(path, distance, np.zeros(count, np.int32))
     drop = floor.height_above(straight, reach=HEIGHT + _FARTHEST_FLOOR) - HEIGHT
     drop[~np.isfinite(drop)] = 0.0
-    window = np.ones(2 * _SMOOTHED + 1) / (2 * _SMOOTHED + 1)
-    drop = np.convolve(np.pad(drop, _SMOOTHED, mode="edge"), window, mode="valid")
+    height = floor.up.turned(straight)[:, 2]
+    drop = height - _averaged(height - drop)  # steps of the floor become slopes
     lowered = straight + drop[:, None] * floor.up.down
     blocked = np.flatnonzero(~free.clear(lowered[:-1], lowered[1:], width=SHOULDER))
     around = np.unique((blocked[:, None] + np.arange(-_SMOOTHED, _SMOOTHED + 2)).clip(0, count - 1))
     # Back to the straight way gradually, lest the height jump.
     kept = np.ones(count)
     kept[around] = 0.0
-    kept = np.convolve(np.pad(kept, _SMOOTHED, mode="edge"), window, mode="valid")
-    kept[around] = 0.0
+    kept = np.minimum(_averaged(kept), kept)
     return straight + (kept * drop)[:, None] * floor.up.down
+
+
+def _averaged(values: Float64Array) -> Float64Array:
+    """Means over the neighbours on either side."""
+    width = 2 * _SMOOTHED + 1
+    return np.convolve(np.pad(values, _SMOOTHED, mode="edge"), np.ones(width) / width, mode="valid")
