@@ -191,9 +191,9 @@ def test_worst_ringing() -> None:
 @settings(max_examples=50, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_lowest_value(seed: int) -> None:
-    """What is called the lowest value is not above any of many others, and close to the lowest of them."""
+    """What is called the lowest value is not above any of many others, yet close to the lowest of them."""
     functions = np.random.default_rng(seed).normal(size=(10, 9))
     values = (functions @ BASIS.T).min(axis=1)
     found = lowest(functions)
-    assert (found <= values + 1e-4).all()
+    assert (found <= values + 2e-3 * np.abs(values)).all()
     assert (found >= values - 0.01 * np.abs(values)).all()
