@@ -62,7 +62,13 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.plot is not None:
         from app.commands.walk_plot import plot_walk
 
-        plot_walk(arguments.plot, result, outcome)
+        plot_walk(
+            arguments.plot,
+            outcome.walk,
+            names=regions_of(result).graph.names,
+            distance=result.settings.column_distances[options.column],
+            title=result.scene_path.stem,
+        )
         note(f"{arguments.plot}: written")
     if arguments.json:
         say_json(walk_summary(result, outcome))

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from bake.results.storage import replacing
-from bake.types import BakeResult, Float32Array
+from bake.types import Float32Array
 from bake.walk import CHOSEN, STEP_BOUND, Variant, Walk
 from bake.walk.steps import steps
-
-if TYPE_CHECKING:
-    from bake.walk.result_walk import WalkOutcome
 
 COLOURS = {
     Variant.TRUTH: "#202020",
@@ -29,7 +27,7 @@ _CLOSE_UPS = 3
 _LEAST_STEP = 1e-6
 
 
-def plot_walk(path: Path, result: BakeResult, outcome: WalkOutcome, *, title: str = "") -> None:
+def plot_walk(path: Path, walk: Walk, *, names: Sequence[str], distance: float, title: str) -> None:
     """Draws a walk.
 
     From above: AO about the chosen normal; how far any of seven normals steps from frame to frame; and the moments
@@ -37,9 +35,10 @@ def plot_walk(path: Path, result: BakeResult, outcome: WalkOutcome, *, title: st
 
     Args:
         path: A picture, by suffix.
-        result: Where the walk was.
-        outcome: The walk.
-        title: Of the whole; the scene's name by default.
+        walk: The walk.
+        names: Of the regions.
+        distance: That of the AO, metres.
+        title: Where the walk was.
 
     Raises:
         StorageError: it could not be written.
@@ -47,16 +46,14 @@ def plot_walk(path: Path, result: BakeResult, outcome: WalkOutcome, *, title: st
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    walk = outcome.walk
     figure = Figure(figsize=(13.0, 9.5), layout="constrained")
     FigureCanvasAgg(figure)
     close = _close_ups(walk)
     grid = figure.add_gridspec(3, max(len(close), 1), height_ratios=[1.2, 1.0, 1.2])
-    distance = result.settings.column_distances[walk.options.column]
     x, y, z = walk.options.normals[CHOSEN]
     options = walk.options
     figure.suptitle(
-        f"{title or result.scene_path.stem}: {outcome.path.length:,.0f} m at {options.speed:g} m/s and "
+        f"{title}: {walk.distance[-1]:,.0f} m at {options.speed:g} m/s and "
         f"{options.frame_rate:g} Hz, half-life {options.half_life:g} s, AO at {distance:g} m",
         fontsize=12,
     )
@@ -67,7 +64,6 @@ def plot_walk(path: Path, result: BakeResult, outcome: WalkOutcome, *, title: st
     top.set_ylim(-0.02, 1.06)
     top.legend(ncols=len(walk.ao) + 1, fontsize=8, loc="upper center", bbox_to_anchor=(0.5, 1.14), frameon=False)
     _draw_steps(figure.add_subplot(grid[1, :], sharex=top), walk)
-    names = result.regions.graph.names if result.regions else ()
     for number, frame in enumerate(close):
         _draw_close_up(figure.add_subplot(grid[2, number]), walk, frame, names)
     buffer = io.BytesIO()
@@ -121,7 +117,7 @@ def _draw_steps(axes: Any, walk: Walk) -> None:
     axes.grid(alpha=0.25)
 
 
-def _draw_close_up(axes: Any, walk: Walk, frame: int, names: tuple[str, ...]) -> None:
+def _draw_close_up(axes: Any, walk: Walk, frame: int, names: Sequence[str]) -> None:
     from app.commands.walk_summary import normal_name
 
     pop = next(pop for pop in walk.pops if pop.frame == frame)
