@@ -211,6 +211,13 @@ def meets_kernel(tracer: str) -> Any:
             leave = wp.min(leave, wp.max(a, b))
         return enter * 0.999999 <= leave * 1.000001 + 1.0e-6
 
+    @wp.func
+    def above(low: wp.vec3, high: wp.vec3, origin: wp.vec3, normal: wp.vec3) -> wp.bool:
+        farthest = wp.float32(0.0)
+        for axis in range(3):
+            farthest += normal[axis] * (wp.where(normal[axis] > 0.0, high[axis], low[axis]) - origin[axis])
+        return farthest > -1.0e-4
+
     @wp.kernel(module="unique", enable_backward=False)
     def meets(
         entry: wp.uint64,
@@ -227,7 +234,11 @@ def meets_kernel(tracer: str) -> Any:
     ):
         s = first + wp.tid()
         sent = sender(surface, chosen, s)
-        for j in range(chosen.rays):
+        rays = wp.int32(0)  # none of a box that lies below the face is ever met
+        for box in range(low.shape[0]):
+            if above(low[box], high[box], sent.point, sent.face_normal):
+                rays = chosen.rays
+        for j in range(rays):
             direction = above_face(drawn(sent, j), sent.face_normal)
             near = wp.bool(False)
             for box in range(low.shape[0]):
