@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from pathlib import Path
 
 from PyQt6.QtCore import QObject, pyqtSignal
@@ -47,6 +48,8 @@ class Controller(QObject):
     solving = pyqtSignal(str, bool)  # purpose, whether it is under way
     scene_opened = pyqtSignal(object)  # Path
     result_saved = pyqtSignal(object)  # Path
+    about_to_bake = pyqtSignal(object)  # Path of the result that may be replaced
+    bake_ended = pyqtSignal(bool)  # whether another result than before is in view
 
     def __init__(self, document: Document, engine: Engine, cache: Path, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -103,6 +106,7 @@ class Controller(QObject):
         except OSError as error:
             self.message.emit(logging.ERROR, f"{result.parent}: cannot be created ({error.strerror})")
             return
+        self.about_to_bake.emit(result)
         self._engine.bake(scene, result, settings)
         self.busy.emit("Starting the engine" if self._engine.state is EngineState.STARTING else "Starting")
         self.baking.emit(True)
@@ -221,13 +225,27 @@ class Controller(QObject):
         logger.info("baked in %.1f s%s", done.seconds, ", unchanged" if done.unchanged else "")
         path = Path(done.result)
         if self._document.result_path == path:
-            self._jobs.run("open result", lambda: read_result(path, verify=False), self._on_own_result, self._on_error)
+            self.reload_result(lambda well: self.bake_ended.emit(well and not done.unchanged))
         else:
+            self.bake_ended.emit(False)
             self.message.emit(logging.INFO, f"The bake that was running is done: {path}")
 
-    def _on_own_result(self, opened: OpenedResult) -> None:
-        if self._document.result_path == opened.path:
-            self._show(opened)
+    def reload_result(self, then: Callable[[bool], object]) -> None:
+        """Shows the result that lies where the document's own belongs, then tells `then` whether that went well."""
+        path = self._document.result_path
+
+        def on_read(opened: OpenedResult) -> None:
+            is_own = self._document.result_path == opened.path
+            if is_own:
+                self._show(opened)
+            then(is_own)
+
+        def on_error(error: ObscuraError) -> None:
+            self._on_error(error)
+            then(False)
+
+        if path is not None:
+            self._jobs.run("open result", lambda: read_result(path, verify=False), on_read, on_error)
 
     def _on_solved(self, job: SolveJob, field: VertexField, seconds: float) -> None:
         self.solving.emit(job.purpose, False)
@@ -243,17 +261,21 @@ class Controller(QObject):
 
     def _on_failed(self, job: Job, error: ObscuraError) -> None:
         self._end(job)
+        if isinstance(job, BakeJob):
+            self.bake_ended.emit(False)
         logger.error("%s", error)
         self.message.emit(logging.ERROR, str(error))
 
     def _on_cancelled(self, job: Job) -> None:
         self._end(job)
         if isinstance(job, BakeJob):
+            self.bake_ended.emit(False)
             logger.info("bake cancelled")
             self.message.emit(logging.INFO, "Cancelled; the stored result is as it was.")
 
     def _on_crashed(self, text: str) -> None:
         self._end_bake()
+        self.bake_ended.emit(False)
         for purpose in (THRESHOLD, OTHER_MAPPING):
             self.solving.emit(purpose, False)
         logger.error("%s", text)

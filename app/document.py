@@ -12,10 +12,10 @@ from app.events import Event
 from app.scene_state import SceneState
 from bake.settings import BakeSettings, MappingKind
 from bake.types import BakeResult, BoolArray, Finding, Float64Array, Role, VertexField, World
+from viewer.boxes import object_boxes
 from viewer.decorated import DecoratedValues
 from viewer.decorator_view import DecoratorView, TreeShading
 from viewer.display import Display, shown_field
-from viewer.boxes import object_boxes
 from viewer.fields import Quantity, SurfaceField
 from viewer.probe import Readout
 
@@ -117,8 +117,7 @@ class Document:
     def set_world(self, world: World) -> None:
         """Shows geometry, without values."""
         self.world = world
-        # Lower LODs lie in the same place as what they stand for.
-        self.visible = np.array([role not in (Role.LOD, Role.IGNORE) for role in world.object_roles], bool)
+        self.visible = self.visible_at_first()
         self.selected, self.selection, self.pinned = -1, (), None
         self.result = self.field = self.other = self.values = None
         self._drawn = []
@@ -147,6 +146,13 @@ class Document:
         self.display_changed.emit()
         self.result_changed.emit()
         self.threshold_changed.emit()
+        self.field_changed.emit()
+
+    def drop_result(self) -> None:
+        """Shows the geometry without values, as before the first bake."""
+        self.result = self.field = self.other = self.values = None
+        self._drawn = []
+        self.result_changed.emit()
         self.field_changed.emit()
 
     def set_field(self, field: VertexField) -> None:
@@ -188,6 +194,14 @@ class Document:
         if not np.array_equal(visible, self.visible):
             self.visible = visible
             self.visibility_changed.emit()
+
+    def visible_at_first(self) -> BoolArray:
+        """Objects that are drawn until the user says otherwise, shape (o,), bool.
+
+        Lower LODs lie in the same place as what they stand for.
+        """
+        roles = self.world.object_roles if self.world is not None else ()
+        return np.array([role not in (Role.LOD, Role.IGNORE) for role in roles], bool)
 
     def select(self, index: int) -> None:
         """Selects an object; -1 for none."""

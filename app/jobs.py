@@ -26,6 +26,7 @@ class Jobs(QObject):
         self._pool = QThreadPool(self)
         self._pool.setMaxThreadCount(2)
         self._count = 0
+        self._closed = False
         self._current: dict[str, tuple[int, Callable[[Any], object], Callable[[ObscuraError], object]]] = {}
         self._ended.connect(self._on_ended)
 
@@ -36,7 +37,9 @@ class Jobs(QObject):
         done: Callable[[Any], object],
         failed: Callable[[ObscuraError], object],
     ) -> None:
-        """Runs `work`, then calls `done` with its value or `failed` with its error."""
+        """Runs `work`, then calls `done` with its value or `failed` with its error; nothing after `close`."""
+        if self._closed:
+            return
         self._count += 1
         self._current[name] = (self._count, done, failed)
         self._pool.start(_Runnable(name, self._count, work, self._ended))
@@ -52,6 +55,7 @@ class Jobs(QObject):
 
     def close(self) -> None:
         """Waits for what runs and delivers nothing more."""
+        self._closed = True
         self._current.clear()
         self._pool.clear()
         self._pool.waitForDone(10_000)

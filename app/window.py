@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TypeVar
 
 # Imported before any window exists: it sets the OpenGL format of the whole process.
 import pyvistaqt  # noqa: F401
@@ -36,12 +35,10 @@ from app.style import application, apply_scheme, style_sheet
 from app.user_commands import UserCommands
 from app.view_area import ViewArea
 from app.view_presenter import ViewPresenter
-from app.window_parts import Part, Workbench
+from app.window_parts import AnyPart, Workbench
 
 LONG_BAKE_SECONDS = 30.0
 """A bake that has run longer is not thrown away without asking."""
-
-AnyPart = TypeVar("AnyPart", bound=Part)
 
 
 def open_window(path: Path | None) -> int:
@@ -97,10 +94,12 @@ class Window(QMainWindow):
             undo=QUndoStack(self),
             docks={},
             menus={},
+            cache=cache,
+            parts=[],
         )
-        self.parts = [make(self.bench) for make in PARTS]
-        self.bench.docks.update(build_docks(self, [spec for part in self.parts for spec in part.docks()]))
-        for part in self.parts:
+        self.bench.parts += [make(self.bench) for make in PARTS]
+        self.bench.docks.update(build_docks(self, [spec for part in self.bench.parts for spec in part.docks()]))
+        for part in self.bench.parts:
             for spec, slot in part.actions():
                 self.bench.registry.add(spec, slot)
         for title, dock in self.bench.docks.items():
@@ -108,7 +107,7 @@ class Window(QMainWindow):
         self.bench.menus.update(self.bench.registry.fill_menus())
         self.document.opened.connect(self._on_opened)
         self.resize(1280, 800)
-        for part in self.parts:
+        for part in self.bench.parts:
             part.connect()
         self._restyle()
         self.engine.start()
@@ -131,7 +130,7 @@ class Window(QMainWindow):
 
     def part(self, kind: type[AnyPart]) -> AnyPart:
         """The window's part of a kind."""
-        return next(part for part in self.parts if isinstance(part, kind))
+        return self.bench.part(kind)
 
     @property
     def docks(self) -> dict[str, QDockWidget]:
@@ -186,7 +185,7 @@ class Window(QMainWindow):
         if event is not None and running > LONG_BAKE_SECONDS and not dialogs.may_drop_bake(self, running / 60.0):
             event.ignore()
             return
-        for part in reversed(self.parts):
+        for part in reversed(self.bench.parts):
             part.close()
         self.bench.jobs.close()
         self.picker.stop()

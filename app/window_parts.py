@@ -5,6 +5,8 @@ from __future__ import annotations
 import enum
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
 
 from PyQt6.QtCore import QSettings
 from PyQt6.QtGui import QUndoStack
@@ -23,6 +25,8 @@ from app.progress_panel import ProgressPanel
 from app.readouts import Readouts
 from app.view_area import ViewArea
 from app.view_presenter import ViewPresenter
+
+AnyPart = TypeVar("AnyPart", bound="Part")
 
 
 class Side(enum.Enum):
@@ -74,6 +78,8 @@ class Workbench:
         undo: What can be undone.
         docks: Docks by title, once they are built.
         menus: Menus by name, once they are built.
+        cache: Folder for the window's own files.
+        parts: All parts, once they are made; see `part`.
     """
 
     window: QMainWindow
@@ -93,6 +99,12 @@ class Workbench:
     undo: QUndoStack
     docks: dict[str, QDockWidget]
     menus: dict[str, QMenu]
+    cache: Path
+    parts: list[Part]
+
+    def part(self, kind: type[AnyPart]) -> AnyPart:
+        """The window's part of a kind, for parts that use each other."""
+        return next(part for part in self.parts if isinstance(part, kind))
 
     def show_panel(self, title: str) -> None:
         """Brings a panel to the front."""

@@ -8,15 +8,25 @@ from app.parts.edit import EditPart
 from app.parts.files import FilesPart
 from app.parts.habits import HabitsPart
 from app.parts.help import HelpPart
+from app.parts.history import HistoryPart
 from app.parts.panels import PanelsPart
+from app.parts.results_history import ResultsHistoryPart
+from app.parts.scene_edits import SceneEditsPart
+from app.parts.scene_watch import SceneWatchPart
+from app.parts.selections import SelectionsPart
 from app.parts.views import ViewsPart
 from app.region_part import RegionsPart
 from app.window_parts import Part
 
 PARTS: tuple[type[Part], ...] = (
     FilesPart,
+    HistoryPart,
     EditPart,
     PanelsPart,
+    SelectionsPart,
+    SceneEditsPart,
+    SceneWatchPart,
+    ResultsHistoryPart,
     ViewsPart,
     BakingPart,
     RegionsPart,

@@ -32,6 +32,10 @@ class AvailabilityPart(Part):
             "scene": (lambda: document.world is not None, "open a scene first"),
             "result": (lambda: document.result is not None, "bake first"),
             "selection": (lambda: document.selected >= 0, "select an object first"),
+            "scene-file": (
+                lambda: document.world is not None and document.scene_path is not None and document.scene_path.exists(),
+                "the scene's file is not there",
+            ),
             "tree-models": (
                 self._has_trees,
                 "the result has no baked trees",
