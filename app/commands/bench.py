@@ -1,4 +1,4 @@
-"""`bench accuracy|speed|scenes|lods|trees|fog`: prints the tables that the documentation quotes."""
+"""`bench accuracy|speed|scenes|lods|trees|fog|regions`: prints the tables that the documentation quotes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from bake.errors import InputError
 if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
-USAGE = "accuracy|speed|scenes|lods|trees|fog [SCENE | FOLDER …] [--scale X] [--json] [settings]"
+USAGE = (
+    "accuracy|speed|scenes|lods|trees|fog|regions [SCENE | FOLDER …] [--scale X] [--plots FOLDER] [--json] [settings]"
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,9 +26,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         "scenes: what each scene holds and what baking it costs; lods: error of the lower levels of "
                         "detail against what is traced on the finest one; trees: error of the three models of a "
                         "tree's AO against what is traced on it; fog: what shrubs as boxes cost, and how "
-                        "close they come to the real foliage")  # fmt: skip
+                        "close they come to the real foliage; regions: what dynamic regions hold and cost, and what a "
+                        "walk through them shows")  # fmt: skip
     parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
     parser.add_argument("--scale", type=float, default=1.0, help="metres in a unit of the scenes (accuracy only)")
+    parser.add_argument(
+        "--plots", type=Path, metavar="FOLDER", help="draw errors, boundaries and walks there, as .png (regions only)"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object a table, a line each")
     add_settings_options(parser)
 
@@ -86,6 +92,33 @@ def _fog(arguments: argparse.Namespace) -> list[Measurements]:
     return [measure_fog(scenes, explicit_options(arguments))]
 
 
+def _regions(arguments: argparse.Namespace) -> list[Measurements]:
+    from bake.bench.region_scale import measure_scale
+    from bake.bench.regions import measure_regions
+
+    measured = measure_regions(_scenes(arguments) if arguments.paths else [], explicit_options(arguments))
+    if arguments.plots is not None:
+        from app.commands.region_plot import plot_regions
+        from app.commands.walk_plot import plot_walk
+
+        for scene in measured.scenes:
+            plot_regions(
+                arguments.plots / f"regions-{scene.name}.png",
+                scene.regions,
+                distances=scene.distances,
+                title=scene.name,
+            )
+            for walk, distance in zip(scene.walks, scene.distances, strict=True):
+                plot_walk(
+                    arguments.plots / f"walk-{scene.name}-{distance:g}m.png",
+                    walk,
+                    names=scene.regions.graph.names,
+                    distance=distance,
+                    title=scene.name,
+                )
+    return [*measured.tables, measure_scale()]
+
+
 def _scenes(arguments: argparse.Namespace) -> list[Path]:
     missing = [path for path in arguments.paths if not path.exists()]
     if missing or not arguments.paths:
@@ -101,4 +134,5 @@ _SUBJECTS: dict[str, Callable[[argparse.Namespace], list[Measurements]]] = {
     "lods": _lods,
     "trees": _tree_models,
     "fog": _fog,
+    "regions": _regions,
 }
