@@ -64,6 +64,10 @@ class VertexMapper:
         world: The flattened scene.
         samples: Where AO was estimated.
         settings: `weld_instances` and `crease_angle` decide the surface; `mapping` and `alpha` are defaults of `solve`.
+
+    Attributes:
+        surface: What all solves share.
+        own_alpha: Shape (m,), float64: alpha of faces whose object has its own, NaN elsewhere.
     """
 
     def __init__(self, world: World, samples: SampleSet, settings: BakeSettings) -> None:
@@ -72,7 +76,7 @@ class VertexMapper:
         self._settings = settings
         self.surface = build_surface(world, crease_angle=settings.crease_angle, weld_instances=settings.weld_instances)
         own = [np.nan if keys.alpha is None else keys.alpha for keys in world.object_keys]
-        self._own_alpha = np.array(own, np.float64)[self.surface.owner]
+        self.own_alpha = np.array(own, np.float64)[self.surface.owner]
         self._kept: tuple[Float32Array, BoolArray, FaceMoments, Equations] | None = None
 
     def system(self, ao: Float32Array, valid: BoolArray, *, alpha: float | None = None) -> System:
@@ -84,6 +88,10 @@ class VertexMapper:
             alpha: Smoothing; the settings' if None. Objects with their own keep it.
         """
         return self._equations(ao, valid)[1].system(self._settings.alpha if alpha is None else alpha)
+
+    def moments(self, ao: Float32Array, valid: BoolArray) -> FaceMoments:
+        """Sums of the valid samples face by face; arguments as for `system`."""
+        return self._equations(ao, valid)[0]
 
     def equations(self, ao: Float32Array, valid: BoolArray) -> Equations:
         """What the samples add up to, whatever alpha is; arguments as for `system`."""
@@ -183,7 +191,7 @@ class VertexMapper:
         if kept is not None and kept[0] is ao and np.array_equal(kept[1], valid):
             return kept[2], kept[3]
         moments = face_moments(self.surface, self._samples, ao, valid)
-        equations = build_equations(self.surface, moments, self._own_alpha)
+        equations = build_equations(self.surface, moments, self.own_alpha)
         self._kept = (ao, valid.copy(), moments, equations)
         return moments, equations
 

@@ -30,7 +30,7 @@ import numpy as np
 
 from bake.solve.mass import FaceMoments, at_corners
 from bake.solve.surface import Surface
-from bake.types import Float64Array
+from bake.types import BoolArray, Float64Array
 
 SHARE = 0.1
 """r times (F - 1). A third is the theory of a lone triangle without bounds; docs/method-vertices.md has the figures."""
@@ -51,6 +51,9 @@ FULL_FROM_ALPHA = 0.01
 """The prior grows with alpha up to here: alpha = 0 asks for the plain least squares fit."""
 
 
+_Scatter = tuple[Float64Array, Float64Array, Float64Array, BoolArray]
+
+
 @dataclass(frozen=True, slots=True)
 class Trust:
     """What the samples tell of their own reliability, whatever alpha is.
@@ -69,15 +72,44 @@ class Trust:
         return np.maximum(wanted, UNDETERMINED * np.clip(4.0 - self.count, 0.0, 1.0))
 
 
-def estimate_trust(surface: Surface, moments: FaceMoments) -> Trust:
+@dataclass(frozen=True, slots=True)
+class SceneScatter:
+    """The mean face of a scene: what is pooled with the faces around each unknown.
+
+    Attributes:
+        explained, rest, freedom, count: As a plane's fit gives them for one face; all 0 if no face has enough samples.
+    """
+
+    explained: float
+    rest: float
+    freedom: float
+    count: float
+
+
+def scene_scatter(moments: FaceMoments) -> SceneScatter:
+    """The mean over the faces whose samples show their noise."""
+    return _mean_scatter(moments, _scatter(moments))
+
+
+def _mean_scatter(moments: FaceMoments, scatter: _Scatter) -> SceneScatter:
+    explained, rest, freedom, usable = scatter
+    faces = max(int(usable.sum()), 1)
+    count = float(moments.count[usable].sum())
+    return SceneScatter(
+        float(explained.sum()) / faces, float(rest.sum()) / faces, float(freedom.sum()) / faces, count / faces
+    )
+
+
+def estimate_trust(surface: Surface, moments: FaceMoments, scene: SceneScatter | None = None) -> Trust:
     """Compares signal and noise around every unknown.
 
     Args:
         surface: The welded surface.
         moments: Sums of the valid samples.
+        scene: The mean of the whole scene, where `surface` is a part of it; by default that of `moments`.
     """
-    count = _mean_count(surface, moments)
-    noise = _slope_noise(surface, moments) / np.maximum(count, 1.0)
+    count, scatter = _mean_count(surface, moments), _scatter(moments)
+    noise = _slope_noise(surface, moments, scatter, scene or _mean_scatter(moments, scatter)) / np.maximum(count, 1.0)
     return Trust(count, np.minimum(noise, STRONGEST))
 
 
@@ -88,27 +120,26 @@ def _mean_count(surface: Surface, moments: FaceMoments) -> Float64Array:
     return total / np.maximum(faces, 1.0)
 
 
-def _slope_noise(surface: Surface, moments: FaceMoments) -> Float64Array:
+def _slope_noise(surface: Surface, moments: FaceMoments, scatter: _Scatter, scene: SceneScatter) -> Float64Array:
     """`SHARE` σ² / τ² at every unknown: r times the number of samples on a face, shape (u,)."""
-    explained, rest, freedom, usable = _scatter(moments)
-    if freedom.sum() <= 0:
+    if scene.freedom <= 0:
         return np.full(surface.unknown_count, UNKNOWN_NOISE)
+    explained, rest, freedom, usable = scatter
     usable_count = np.where(usable, moments.count, 0.0)
 
-    def pooled(per_face: Float64Array) -> Float64Array:
-        around = at_corners(surface, np.repeat(per_face[:, None], 3, axis=1))
-        return around + POOLED_FACES * per_face.sum() / usable.sum()
+    def pooled(per_face: Float64Array, mean: float) -> Float64Array:
+        return at_corners(surface, np.repeat(per_face[:, None], 3, axis=1)) + POOLED_FACES * mean
 
-    variance = pooled(rest) / pooled(freedom)
-    signal = pooled(explained) / 2.0 - variance * pooled(usable.astype(np.float64))
-    per_sample = signal / pooled(usable_count)
+    variance = pooled(rest, scene.rest) / pooled(freedom, scene.freedom)
+    signal = pooled(explained, scene.explained) / 2.0 - variance * pooled(usable.astype(np.float64), 1.0)
+    per_sample = signal / pooled(usable_count, scene.count)
     with np.errstate(divide="ignore", invalid="ignore"):
         noise = np.where(variance > 0, SHARE * variance / per_sample, 0.0)
     # no slope beyond what noise explains: nothing speaks against the average
     return np.where((per_sample > 0) | (variance <= 0), noise, np.inf)
 
 
-def _scatter(moments: FaceMoments) -> tuple[Float64Array, Float64Array, Float64Array, np.ndarray]:
+def _scatter(moments: FaceMoments) -> _Scatter:
     """Explained and remaining squares of a plane fitted to each face's samples, summed over the distances.
 
     Returns:

@@ -103,7 +103,7 @@ def build_surface(world: World, *, crease_angle: float, weld_instances: bool) ->
     edges = find_edges(corners, normals, crease_angle, world.face_samples[faces])
     butterflies = unfold(position, corners, edges)
 
-    indptr, indices, order = _pattern(edges.ends, butterflies.stencil[:, 2:], count)
+    indptr, indices, order = matrix_pattern(edges.ends, butterflies.stencil[:, 2:], count)
     return Surface(
         unknown=unknown,
         referenced=referenced,
@@ -122,7 +122,7 @@ def build_surface(world: World, *, crease_angle: float, weld_instances: bool) ->
     )
 
 
-def _pattern(edges: Int64Array, wings: Int32Array, count: int) -> tuple[Int32Array, Int32Array, Int32Array]:
+def matrix_pattern(edges: Int64Array, wings: Int32Array, count: int) -> tuple[Int32Array, Int32Array, Int32Array]:
     """Row pointers, columns and, for each entry, its place among edges, wings, both once more, and the diagonal.
 
     A wing may join unknowns that an edge joins already; the matrix then has the entry twice, which adds up.

@@ -20,7 +20,7 @@ from scipy.sparse import csr_array
 
 from bake.solve.average import weighted_average
 from bake.solve.mass import FaceMoments, at_corners, mass_entries, right_hand_side, spread_pairs
-from bake.solve.prior import Trust, estimate_trust
+from bake.solve.prior import SceneScatter, Trust, estimate_trust
 from bake.solve.regulariser import EdgeTerms, bounded_share, edge_terms
 from bake.solve.surface import Surface
 from bake.types import BoolArray, Float64Array
@@ -96,7 +96,9 @@ class Equations:
         return System(matrix, self.data + pull[:, None] * self.average, self.average, strength)
 
 
-def build_equations(surface: Surface, moments: FaceMoments, own_alpha: Float64Array) -> Equations:
+def build_equations(
+    surface: Surface, moments: FaceMoments, own_alpha: Float64Array, scene: SceneScatter | None = None
+) -> Equations:
     """Assembles what does not depend on alpha.
 
     Args:
@@ -104,6 +106,7 @@ def build_equations(surface: Surface, moments: FaceMoments, own_alpha: Float64Ar
         moments: Sums of the valid samples.
         own_alpha: Shape (m,), float64: alpha of faces whose object has its own, NaN elsewhere. A butterfly between
             two objects takes the larger.
+        scene: The mean scatter of the whole scene, where `surface` is a part of it.
     """
     mass = at_corners(surface, moments.mass)
     data = right_hand_side(surface, moments)
@@ -128,7 +131,7 @@ def build_equations(surface: Surface, moments: FaceMoments, own_alpha: Float64Ar
         starved=starved,
         limited=int(np.count_nonzero(share < 1.0)),
         _surface=surface,
-        _trust=estimate_trust(surface, moments),
+        _trust=estimate_trust(surface, moments, scene),
         _diagonal=diagonal + fill_diagonal,
         _edges=edges + fill_edges,
         _anchor=np.where(starved, ANCHOR * fill_scale, 0.0),

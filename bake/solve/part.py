@@ -1,0 +1,80 @@
+"""A part of the welded surface as a surface of its own: what a local solve assembles instead of the whole scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bake.solve.butterflies import Butterflies
+from bake.solve.surface import Surface, matrix_pattern
+from bake.types import Int64Array
+
+
+@dataclass(frozen=True, slots=True)
+class SurfacePart:
+    """Some faces of a surface.
+
+    Attributes:
+        surface: The part, its unknowns numbered anew and taken for one component; it knows no vertices of the world.
+        rows: Shape (m,), int64, sorted: its faces, as rows of the whole.
+        unknowns: Shape (u,), int64, sorted: its unknowns, as those of the whole.
+    """
+
+    surface: Surface
+    rows: Int64Array
+    unknowns: Int64Array
+
+    def local(self, unknowns: Int64Array) -> Int64Array:
+        """Numbers in the part of unknowns of the whole, all of which belong to it."""
+        return np.searchsorted(self.unknowns, unknowns)
+
+
+def part_of(whole: Surface, rows: Int64Array) -> SurfacePart:
+    """The part made of some faces, with the butterflies between them.
+
+    What is assembled from it for an unknown is what the whole would give if all faces are there within three rings.
+
+    Args:
+        whole: A surface.
+        rows: Shape (m,), int64, sorted: rows of `Surface.corners`.
+    """
+    unknowns = np.unique(whole.corners[rows])
+    corners = np.searchsorted(unknowns, whole.corners[rows])
+    used = np.unique(whole.face_edge[rows])
+    used = used[used >= 0]
+    face_edge = np.where(whole.face_edge[rows] >= 0, np.searchsorted(used, whole.face_edge[rows]), -1)
+    edges = np.searchsorted(unknowns, whole.edges[used])
+
+    inside = np.zeros(len(whole.corners), np.bool_)
+    inside[rows] = True
+    wings = whole.butterflies
+    kept = np.flatnonzero(inside[wings.faces[:, 0]] & inside[wings.faces[:, 1]])
+    butterflies = Butterflies(
+        stencil=np.searchsorted(unknowns, wings.stencil[kept]).astype(np.int32),
+        operator=wings.operator[kept],
+        hinge=np.searchsorted(used, wings.hinge[kept]).astype(np.int32),
+        sides=np.searchsorted(used, wings.sides[kept]).astype(np.int32),
+        faces=np.searchsorted(rows, wings.faces[kept]).astype(np.int32),
+        degenerate=0,
+    )
+    row = np.full(len(whole.row), -1, np.int64)
+    row[np.flatnonzero(whole.row >= 0)[rows]] = np.arange(len(rows))
+    indptr, indices, order = matrix_pattern(edges, butterflies.stencil[:, 2:], len(unknowns))
+    surface = Surface(
+        unknown=np.zeros(0, np.int64),
+        referenced=np.zeros(0, np.bool_),
+        row=row,
+        corners=corners,
+        area=whole.area[rows],
+        owner=whole.owner[rows],
+        position=whole.position[unknowns],
+        first=np.array([0, len(unknowns)]),
+        face_edge=face_edge,
+        edges=edges,
+        butterflies=butterflies,
+        _indptr=indptr,
+        _indices=indices,
+        _order=order,
+    )
+    return SurfacePart(surface, rows, unknowns)
