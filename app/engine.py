@@ -8,6 +8,7 @@ import multiprocessing
 import signal
 import threading
 import time
+from collections.abc import Sequence
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from multiprocessing.shared_memory import SharedMemory
@@ -28,6 +29,8 @@ from app.engine_protocol import (
     SolveDone,
     SolveJob,
     Stop,
+    TaskDone,
+    TaskJob,
 )
 from app.engine_worker import Bake, bake_job, copied_field, field_bytes, run_worker
 from bake.settings import BakeSettings
@@ -67,6 +70,8 @@ class Engine(QObject):
     progressed = pyqtSignal(object, float)  # Progress, memory in MB
     bake_finished = pyqtSignal(object)  # BakeDone
     solve_finished = pyqtSignal(object, object, float)  # SolveJob, VertexField, seconds
+    task_finished = pyqtSignal(object, object)  # TaskJob, what it returned
+    task_progressed = pyqtSignal(object, object)  # TaskJob, Progress
     failed = pyqtSignal(object, object)  # Job, ObscuraError
     cancelled = pyqtSignal(object)  # Job
     crashed = pyqtSignal(str)  # what happened, for people
@@ -135,15 +140,27 @@ class Engine(QObject):
 
     def solve(self, purpose: str, result: Path, settings: BakeSettings, vertices: int, columns: int) -> int:
         """Queues a re-solve of stored samples, instead of one of the same purpose that waits; returns its number."""
-        for job in [job for job in self._pending if isinstance(job, SolveJob) and job.purpose == purpose]:
-            self._pending.remove(job)
-            self._release(job)
+        self._drop_waiting(purpose)
         self._last_id += 1
         memory = SharedMemory(create=True, size=field_bytes(vertices, columns))
         self._memories[self._last_id] = memory
         options = settings.to_json()
         self._submit(SolveJob(self._last_id, purpose, str(result), options, memory.name, vertices, columns))
         return self._last_id
+
+    def task(self, purpose: str, result: Path, arguments: Any) -> int:
+        """Queues one of `app.engine_tasks.TASKS`, instead of one of the same purpose that waits; returns its number."""
+        self._drop_waiting(purpose)
+        self._last_id += 1
+        self._submit(TaskJob(self._last_id, purpose, str(result), arguments))
+        return self._last_id
+
+    def cancel_task(self, purpose: str) -> None:
+        """Stops the task of that purpose, running or waiting, and no other job."""
+        for job in self._drop_waiting(purpose):
+            self.cancelled.emit(job)
+        if isinstance(self._active, TaskJob) and self._active.purpose == purpose:
+            self._stop_active()
 
     def cancel(self) -> None:
         """Stops the running job and drops those that wait; answers within 0.5 s."""
@@ -152,6 +169,9 @@ class Engine(QObject):
         dropped, self._pending = self._pending, []
         for job in dropped:
             self.cancelled.emit(job)
+        self._stop_active()
+
+    def _stop_active(self) -> None:
         if self._active is None or self._state is EngineState.CANCELLING:
             return
         self._cancelled_id.value = self._active.id
@@ -221,12 +241,17 @@ class Engine(QObject):
             self._set_state(EngineState.IDLE if self._active is None else EngineState.BUSY)
             self._send_next()
         elif isinstance(reply, Report):
-            if self._active is not None and reply.id == self._active.id and not self._answered:
+            job = self._active
+            if job is None or reply.id != job.id or self._answered:
+                return
+            if isinstance(job, TaskJob):
+                self.task_progressed.emit(job, reply.progress)
+            else:
                 self.progressed.emit(reply.progress, reply.memory_mb)
-        elif isinstance(reply, BakeDone | SolveDone | JobFailed | JobStopped):
+        elif isinstance(reply, BakeDone | SolveDone | TaskDone | JobFailed | JobStopped):
             self._on_end(reply)
 
-    def _on_end(self, reply: BakeDone | SolveDone | JobFailed | JobStopped) -> None:
+    def _on_end(self, reply: BakeDone | SolveDone | TaskDone | JobFailed | JobStopped) -> None:
         job = self._active
         if job is None or job.id != reply.id:
             return
@@ -238,6 +263,8 @@ class Engine(QObject):
             self.bake_finished.emit(reply)  # even if it was to be cancelled: the result is committed
         elif isinstance(reply, SolveDone) and isinstance(job, SolveJob) and not self._answered:
             self.solve_finished.emit(job, copied_field(self._memories[job.id], job, reply), reply.seconds)
+        elif isinstance(reply, TaskDone) and not self._answered:
+            self.task_finished.emit(job, reply.value)
         elif isinstance(reply, JobFailed) and not self._answered:
             self.failed.emit(job, reply.error)
         elif isinstance(reply, JobStopped) and not self._answered:
@@ -303,6 +330,13 @@ class Engine(QObject):
         reader.join()
         connection.close()
         process.close()
+
+    def _drop_waiting(self, purpose: str) -> Sequence[Job]:
+        waiting = [job for job in self._pending if not isinstance(job, BakeJob) and job.purpose == purpose]
+        for job in waiting:
+            self._pending.remove(job)
+            self._release(job)
+        return waiting
 
     def _release(self, job: Job) -> None:
         memory = self._memories.pop(job.id, None)

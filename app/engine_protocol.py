@@ -1,7 +1,8 @@
 """What the window and its engine process say to each other over their pipe.
 
 Plain frozen records, pickled by `multiprocessing` between two processes of this program. Nothing large is among them:
-results travel as the committed result folder, re-solved values in shared memory that the window owns.
+results travel as the committed result folder, re-solved values in shared memory that the window owns; what a task
+returns is a few megabytes at most.
 """
 
 from __future__ import annotations
@@ -42,11 +43,24 @@ class SolveJob:
 
 
 @dataclass(frozen=True, slots=True)
+class TaskJob:
+    """Run one of `app.engine_tasks.TASKS`, named by `purpose`, on a stored result.
+
+    Of jobs that wait, a later one replaces an earlier one of the same `purpose`.
+    """
+
+    id: int
+    purpose: str
+    result: str
+    arguments: Any
+
+
+@dataclass(frozen=True, slots=True)
 class Stop:
     """End the process."""
 
 
-Job = BakeJob | SolveJob
+Job = BakeJob | SolveJob | TaskJob
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +99,15 @@ class SolveDone:
 
 
 @dataclass(frozen=True, slots=True)
+class TaskDone:
+    """What a task returned."""
+
+    id: int
+    value: Any
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
 class JobFailed:
     """The job ended with an error; nothing stored was changed."""
 
@@ -108,4 +131,4 @@ class LogLine:
     text: str
 
 
-Reply = Ready | Report | BakeDone | SolveDone | JobFailed | JobStopped | LogLine
+Reply = Ready | Report | BakeDone | SolveDone | TaskDone | JobFailed | JobStopped | LogLine

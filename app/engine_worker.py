@@ -23,6 +23,7 @@ import numpy as np
 from app.engine_protocol import (
     BakeDone,
     BakeJob,
+    Job,
     JobFailed,
     JobStopped,
     LogLine,
@@ -31,6 +32,8 @@ from app.engine_protocol import (
     SolveDone,
     SolveJob,
     Stop,
+    TaskDone,
+    TaskJob,
 )
 from bake.errors import Cancelled, ObscuraError
 from bake.settings import BakeSettings
@@ -89,10 +92,13 @@ def run_worker(connection: Connection, cancelled_id: Any, bake: Bake = bake_job)
         return  # the window is gone
 
 
-def _serve(connection: Connection, cancelled_id: Any, bake: Bake, job: BakeJob | SolveJob) -> None:
+def _serve(connection: Connection, cancelled_id: Any, bake: Bake, job: Job) -> None:
     try:
         if isinstance(job, BakeJob):
-            connection.send(_bake(connection, cancelled_id, bake, job))
+            outcome = _driven(connection, cancelled_id, job, bake(job))
+            connection.send(BakeDone(job.id, job.result, outcome.unchanged, outcome.seconds))
+        elif isinstance(job, TaskJob):
+            connection.send(_task(connection, cancelled_id, job))
         else:
             connection.send(_solve(job))
     except Cancelled:
@@ -109,23 +115,36 @@ def _serve(connection: Connection, cancelled_id: Any, bake: Bake, job: BakeJob |
         connection.send(JobFailed(job.id, ObscuraError(text, remedy="see the log; please report it")))
 
 
-def _bake(connection: Connection, cancelled_id: Any, bake: Bake, job: BakeJob) -> BakeDone | JobStopped:
+def _driven(connection: Connection, cancelled_id: Any, job: Job, steps: Generator[Progress, None, Any]) -> Any:
+    """Runs a job to its end, reporting on the way; returns what it returns.
+
+    Raises:
+        Cancelled: it was to stop.
+    """
     stage, last = "", 0.0
-    steps = bake(job)
     try:
         while True:
             if cancelled_id.value >= job.id:
-                return JobStopped(job.id)
+                raise Cancelled("the job was cancelled")
             try:
                 progress = next(steps)
             except StopIteration as end:
-                return BakeDone(job.id, job.result, end.value.unchanged, end.value.seconds)
+                return end.value
             now = time.monotonic()
             if progress.stage != stage or now - last >= REPORT_SECONDS:
                 stage, last = progress.stage, now
                 connection.send(Report(job.id, progress, resident_memory_mb()))
     finally:
         steps.close()
+
+
+def _task(connection: Connection, cancelled_id: Any, job: TaskJob) -> TaskDone:
+    from app.engine_tasks import TASKS
+
+    started = time.monotonic()
+    result = _loaded(job.result, os.stat(Path(job.result) / "manifest.json").st_mtime_ns)
+    value = _driven(connection, cancelled_id, job, TASKS[job.purpose](result, job.arguments))
+    return TaskDone(job.id, value, time.monotonic() - started)
 
 
 def _solve(job: SolveJob) -> SolveDone:
