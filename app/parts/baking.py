@@ -7,6 +7,7 @@ import time
 
 from app.actions import Action, ActionSpec
 from app.controller import OTHER_MAPPING, THRESHOLD
+from app.undo_step import Step
 from app.window_parts import Part, Workbench
 
 
@@ -75,7 +76,19 @@ class BakingPart(Part):
             self.bench.readouts.click(None)
 
     def _keep_threshold(self, threshold: float) -> None:
-        self.bench.panels.bake.set_threshold(threshold)
+        panel = self.bench.panels.bake
+        settings = panel.settings()
+        if settings is None:
+            panel.set_threshold(threshold)
+        elif settings.back_face_threshold != threshold:
+            before = settings.back_face_threshold
+            self.bench.undo.push(
+                Step(
+                    f"bake with threshold {threshold:.1%}",
+                    redo=lambda: panel.set_threshold(threshold),
+                    undo=lambda: panel.set_threshold(before),
+                )
+            )
         self.bench.show_panel("Bake")
 
     def _on_busy(self, what: str) -> None:
