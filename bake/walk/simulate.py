@@ -8,8 +8,9 @@ from bake.errors import InputError
 from bake.types import Float32Array, Regions
 from bake.walk.course import Course, lay_out
 from bake.walk.lag import lag
-from bake.walk.metrics import measure
+from bake.walk.metrics import measure, truth_variation
 from bake.walk.pops import find_pops
+from bake.walk.steps import measure_steps
 from bake.walk.types import PathTruth, Pop, Variant, Walk, WalkMetrics, WalkOptions, WalkPath
 from bake.walk.variants import variants_along
 
@@ -67,13 +68,14 @@ def simulate(
 def _judged(
     course: Course, options: WalkOptions, ao: dict[Variant, Float32Array]
 ) -> tuple[tuple[Pop, ...], dict[Variant, WalkMetrics]]:
-    truth = ao.get(Variant.TRUTH)
+    truth = truth_variation(ao[Variant.TRUTH], course) if Variant.TRUTH in ao else None
     pops: list[Pop] = []
     metrics: dict[Variant, WalkMetrics] = {}
     for variant, values in ao.items():
         # The truth has no boundaries; what it jumps by is the level's own.
-        found = [] if variant is Variant.TRUTH else find_pops(variant, values, course)
-        metrics[variant] = measure(values, truth, course, lag=_lag(variant, course, options), pops=len(found))
+        steps = measure_steps(values, course.frames.teleported)
+        found = [] if variant is Variant.TRUTH else find_pops(variant, steps, course)
+        metrics[variant] = measure(values, steps, truth, course, lag=_lag(variant, course, options), pops=len(found))
         pops += found
     return tuple(sorted(pops, key=lambda pop: (-pop.codes, pop.frame, pop.variant))), metrics
 
