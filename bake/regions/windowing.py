@@ -26,14 +26,16 @@ _FUNCTIONS_A_PART = 1 << 14
 def lowest(harmonics: Float64Array) -> Float64Array:
     """Least value over all directions of functions given by nine harmonics, shape (m, 9) → (m,).
 
-    The best of a dense set of directions, moved along the sphere by a few steps of Newton's method. Of two dips that
-    are equally deep to a thousandth, it may be the other.
+    Newton's method from the best of a dense set of directions, and from the best one of the other hemisphere: a
+    quadratic dips in at most two places on the sphere, on opposite sides.
     """
     least = np.empty(len(harmonics))
     for begin in range(0, len(harmonics), _FUNCTIONS_A_PART):
         part = harmonics[begin : begin + _FUNCTIONS_A_PART]
-        start = _SET[(part @ _SET_VALUES.T).argmin(axis=1)]
-        least[begin : begin + _FUNCTIONS_A_PART] = _descend(part, start)
+        values = part @ _SET_VALUES.T
+        start = _SET[values.argmin(axis=1)]
+        opposite = _SET[np.where(start @ _SET.T < 0.0, values, np.inf).argmin(axis=1)]
+        least[begin : begin + _FUNCTIONS_A_PART] = np.minimum(_descend(part, start), _descend(part, opposite))
     return least
 
 
