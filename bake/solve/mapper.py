@@ -14,6 +14,7 @@ from bake.errors import SolveError
 from bake.settings import BakeSettings, MappingKind
 from bake.solve.conjugate_gradient import BoxSolution, BoxSolver
 from bake.solve.mass import FaceMoments, face_moments
+from bake.solve.prior import SceneScatter
 from bake.solve.surface import build_surface
 from bake.solve.system import Equations, System, build_equations
 from bake.types import (
@@ -64,13 +65,17 @@ class VertexMapper:
         world: The flattened scene.
         samples: Where AO was estimated.
         settings: `weld_instances` and `crease_angle` decide the surface; `mapping` and `alpha` are defaults of `solve`.
+        scene: The mean scatter of the whole scene, where `world` is a part of it.
 
     Attributes:
         surface: What all solves share.
         own_alpha: Shape (m,), float64: alpha of faces whose object has its own, NaN elsewhere.
     """
 
-    def __init__(self, world: World, samples: SampleSet, settings: BakeSettings) -> None:
+    def __init__(
+        self, world: World, samples: SampleSet, settings: BakeSettings, *, scene: SceneScatter | None = None
+    ) -> None:
+        self._scene = scene
         self._world = world
         self._samples = samples
         self._settings = settings
@@ -191,7 +196,7 @@ class VertexMapper:
         if kept is not None and kept[0] is ao and np.array_equal(kept[1], valid):
             return kept[2], kept[3]
         moments = face_moments(self.surface, self._samples, ao, valid)
-        equations = build_equations(self.surface, moments, self.own_alpha)
+        equations = build_equations(self.surface, moments, self.own_alpha, self._scene)
         self._kept = (ao, valid.copy(), moments, equations)
         return moments, equations
 
