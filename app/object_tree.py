@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -32,15 +33,15 @@ class ObjectTree:
         self.node_of: list[int] = []
         self._all: list[list[int]] = []
         self._top: list[int] = []
-        self._sort_keys: list[tuple[object, ...]] | None = None
+        self._name_keys: dict[int, tuple[object, ...]] = {}
         known: dict[str, int] = {}
         for index, path in enumerate(paths):
             self.node_of.append(self._add(path, index, known))
-        self._parent_array = np.array(self.parents, np.int64)
-        self.children: list[list[int]] = self._all
-        self.top: list[int] = self._top
-        self.rows: list[int] = []
-        self._number_rows()
+        self._kept: BoolArray | None = None
+        self._key: Callable[[int], Any] | None = None
+        self._descending = False
+        self._arranged: dict[int, list[int]] = {}
+        self._rows: list[int] = [-1] * len(self)
 
     def __len__(self) -> int:
         return len(self.names)
@@ -77,6 +78,34 @@ class ObjectTree:
                 totals[self.parents[node]] += totals[node]
         return totals
 
+    def children(self, node: int) -> list[int]:
+        """What is shown below a node, in order; -1 for the top. Put in order when first asked for."""
+        found = self._arranged.get(node)
+        if found is None:
+            found = self._top if node < 0 else self._all[node]
+            if self._kept is not None:
+                kept = self._kept
+                found = [child for child in found if kept[child]]
+            if self._key is not None:
+                found = sorted(found, key=self._key, reverse=self._descending)
+            for row, child in enumerate(found):
+                self._rows[child] = row
+            self._arranged[node] = found
+        return found
+
+    def has_children(self, node: int) -> bool:
+        """Whether anything is shown below a node; -1 for the top. Puts nothing in order."""
+        below = self._top if node < 0 else self._all[node]
+        kept = self._kept
+        return bool(below) if kept is None else any(kept[child] for child in below)
+
+    def row(self, node: int) -> int:
+        """Place of a node among its siblings; -1 if it is not shown."""
+        if self._kept is not None and not self._kept[node]:
+            return -1
+        self.children(self.parents[node])
+        return self._rows[node]
+
     def objects_below(self, node: int) -> list[int]:
         """The object of a node and all objects below it, of those that are shown."""
         found, waiting = [], [node]
@@ -84,12 +113,11 @@ class ObjectTree:
             node = waiting.pop()
             if self.objects[node] >= 0:
                 found.append(self.objects[node])
-            waiting += self.children[node]
+            below = self._all[node]
+            waiting += below if self._kept is None else [child for child in below if self._kept[child]]
         return found
 
-    def show(
-        self, wanted: BoolArray | None, key: Callable[[int], object] | None = None, descending: bool = False
-    ) -> None:
+    def show(self, wanted: BoolArray | None, key: Callable[[int], Any] | None = None, descending: bool = False) -> None:
         """Shows some objects with the groups that they are in.
 
         Args:
@@ -97,35 +125,22 @@ class ObjectTree:
             key: What siblings are sorted by, of a node; None for the order of the scene.
             descending: Whether the largest comes first.
         """
-        if wanted is None:
-            kept = None
-        else:
+        self._key, self._descending, self._kept = key, descending, None
+        self._arranged = {}
+        if wanted is not None:
             own = np.asarray(self.objects)
-            kept = np.where(own >= 0, wanted[own], False) if len(wanted) else np.zeros(len(self), bool)
+            kept = (np.where(own >= 0, wanted[own], False) if len(wanted) else np.zeros(len(self), bool)).tolist()
             for node in range(len(self) - 1, -1, -1):
                 if kept[node] and self.parents[node] >= 0:
                     kept[self.parents[node]] = True
-
-        def arranged(nodes: list[int]) -> list[int]:
-            found = nodes if kept is None else [node for node in nodes if kept[node]]
-            return found if key is None else sorted(found, key=key, reverse=descending)  # type: ignore[arg-type]
-
-        untouched = kept is None and key is None
-        self.top = self._top if untouched else arranged(self._top)
-        self.children = self._all if untouched else [arranged(nodes) if nodes else nodes for nodes in self._all]
-        self._number_rows()
+            self._kept = np.array(kept, bool)
 
     def name_key(self, node: int) -> tuple[object, ...]:
         """What names sort by: `rock_9` comes before `rock_10`."""
-        if self._sort_keys is None:
-            self._sort_keys = [_natural(name) for name in self.names]
-        return self._sort_keys[node]
-
-    def _number_rows(self) -> None:
-        self.rows = [-1] * len(self)
-        for siblings in (self.top, *self.children):
-            for row, node in enumerate(siblings):
-                self.rows[node] = row
+        key = self._name_keys.get(node)
+        if key is None:
+            key = self._name_keys[node] = _natural(self.names[node])
+        return key
 
 
 def _natural(name: str) -> tuple[object, ...]:

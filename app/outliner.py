@@ -139,7 +139,7 @@ class Outliner(QWidget):
         self._following = True
         self._expanded.clear()
         self.model.rebuild()
-        self.tree.expandToDepth(0 if self.model.tree.top and len(self.model.tree) > _FEW_ROWS else 2)
+        self.tree.expandToDepth(0 if len(self.model.tree) > _FEW_ROWS else 2)
         self._following = False
         self._show_selection()
 
@@ -243,7 +243,7 @@ class Outliner(QWidget):
         node = self.model.node(index)
         if node < 0 or index.column() == Column.EYE:
             return
-        if self.model.tree.objects[node] >= 0 or self.model.tree.children[node]:
+        if self.model.tree.objects[node] >= 0 or self.model.tree.has_children(node):
             self.object_activated.emit(self.model.tree.objects[node])
 
     def _on_menu(self, position: QPoint) -> None:

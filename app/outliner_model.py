@@ -90,8 +90,8 @@ class OutlinerModel(QAbstractItemModel):
             self._arrange()
             self.endResetModel()
             return True
-        if self.tree.top:
-            last = len(self.tree.top) - 1
+        if self.tree.children(-1):
+            last = len(self.tree.children(-1)) - 1
             self.dataChanged.emit(self.index(0, 0), self.index(last, len(Column) - 1))
         return False
 
@@ -187,7 +187,7 @@ class OutlinerModel(QAbstractItemModel):
 
     def index_of_node(self, node: int, column: int = 0) -> QModelIndex:
         """The row of a node; invalid if it is filtered out."""
-        row = self.tree.rows[node]
+        row = self.tree.row(node)
         return self.createIndex(row, column, node) if row >= 0 else QModelIndex()
 
     def objects_in(self, selection: QItemSelection) -> list[int]:
@@ -204,8 +204,8 @@ class OutlinerModel(QAbstractItemModel):
         rows: dict[int, list[int]] = {}
         for obj in objects:
             node = self.tree.node_of[obj]
-            if self.tree.rows[node] >= 0:
-                rows.setdefault(self.tree.parents[node], []).append(self.tree.rows[node])
+            if self.tree.row(node) >= 0:
+                rows.setdefault(self.tree.parents[node], []).append(self.tree.row(node))
         selection = QItemSelection()
         for parent, numbers in rows.items():
             siblings, ordered = self._children(parent), np.sort(numbers)
@@ -220,7 +220,7 @@ class OutlinerModel(QAbstractItemModel):
         return selection
 
     def _children(self, node: int) -> list[int]:
-        return self.tree.top if node < 0 else self.tree.children[node]
+        return self.tree.children(node)
 
     # Qt's questions
 
@@ -231,8 +231,8 @@ class OutlinerModel(QAbstractItemModel):
 
     def parent(self, index: QModelIndex) -> QModelIndex:  # type: ignore[override]
         """The row above."""
-        above = self.tree.parents[self.node(index)]
-        return QModelIndex() if above < 0 else self.createIndex(self.tree.rows[above], 0, above)
+        above = self.tree.parents[self.node(index)] if index.isValid() else -1
+        return QModelIndex() if above < 0 else self.createIndex(self.tree.row(above), 0, above)
 
     def rowCount(self, parent: QModelIndex = QModelIndex()) -> int:  # noqa: B008
         """Rows below a row."""
@@ -244,12 +244,14 @@ class OutlinerModel(QAbstractItemModel):
 
     def hasChildren(self, parent: QModelIndex = QModelIndex()) -> bool:  # noqa: B008
         """Whether there are rows below a row."""
-        return bool(self._children(self.node(parent))) if parent.column() <= 0 else False
+        return parent.column() <= 0 and self.tree.has_children(self.node(parent))
 
     def flags(self, index: QModelIndex) -> Qt.ItemFlag:
-        """Everything can be selected."""
+        """Every row can be selected."""
+        if not index.isValid():
+            return Qt.ItemFlag.NoItemFlags
         flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
-        if index.isValid() and not self.tree.children[self.node(index)]:
+        if not self.tree.has_children(self.node(index)):
             flags |= Qt.ItemFlag.ItemNeverHasChildren
         return flags
 
@@ -301,7 +303,7 @@ class OutlinerModel(QAbstractItemModel):
 
     def _tip(self, node: int, column: int) -> str:
         own, lines = self.tree.objects[node], [self.tree.path(node)]
-        if self.tree.children[node]:
+        if self.tree.has_children(node):
             lines.append(f"{self._counts[node]:,} objects, {self._totals[node]:,} triangles")
         if own >= 0 and self._marks[own] is not Mark.FRESH:
             lines.append(self._marks[own].value)
