@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from app.actions import Action, ActionSpec
 from app.region_list import RegionList
-from app.region_state import RegionState
+from app.region_state import RegionState, Tool
 from viewer.region_view import PointSet, RegionColor
 
 MENU = "Regions"
@@ -19,7 +19,8 @@ TOGGLES: dict[str, Callable[[RegionState], bool]] = {
     "region-models": lambda state: state.view.models,
     "region-walls": lambda state: state.view.through_walls,
     "region-fitted": lambda state: state.view.as_fitted,
-    "region-brush": lambda state: state.brushing,
+    "region-place": lambda state: state.tool is Tool.PROBE,
+    "region-brush": lambda state: state.tool is Tool.BRUSH,
 }
 """Checkable actions, and whether each is on."""
 
@@ -34,7 +35,6 @@ def region_actions(
     bake: Callable[[], object],
     panel: Callable[[], object],
     fly: Callable[[], object],
-    place: Callable[[bool], object],
     probe_here: Callable[[], object],
     save: Callable[[], object],
 ) -> Sequence[Action]:
@@ -46,7 +46,6 @@ def region_actions(
         bake: Bakes with automatic regions.
         panel: Shows the panel.
         fly: Flies to what is selected.
-        place: Whether clicks place the probe.
         probe_here: Puts the probe into the selected region.
         save: Writes the region file.
     """
@@ -111,7 +110,10 @@ def region_actions(
             spec("deselect", "&Deselect", "Let go of the selected region or boundary", group=3),
             lambda: show(region=-1, link=-1),
         ),
-        (spec("place", "P&lace probe by click", "A click puts the probe there", ("P",), check=True, group=4), place),
+        (
+            spec("place", "P&lace probe by click", "A click puts the probe there", ("P",), check=True, group=4),
+            lambda on: state.use_tool(Tool.PROBE, on),
+        ),
         (
             spec(
                 "probe",
@@ -124,7 +126,7 @@ def region_actions(
         ),
         (
             spec("brush", "&Validity brush", "Drag over points to switch them", ("V",), check=True, group=5),
-            state.set_brushing,
+            lambda on: state.use_tool(Tool.BRUSH, on),
         ),
         (spec("brush-swap", "Brush &switches on / off", "Turn the brush around", ("X",), group=5), swap_brush),
         (spec("file", "Save region f&ile …", "Write boxes, links and validity as JSON", group=6), save),

@@ -6,7 +6,7 @@ import numpy as np
 from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QMouseEvent, QUndoCommand, QUndoStack
 
-from app.region_state import RegionState
+from app.region_state import RegionState, Tool
 from app.viewport import Viewport
 from bake.types import BoolArray, Int64Array
 from viewer.region_marks import highlighted
@@ -28,7 +28,8 @@ class SwitchPoints(QUndoCommand):
 
     def __init__(self, state: RegionState, changed: Int64Array, on: BoolArray, text: str) -> None:
         super().__init__(text)
-        self._state, self._baked = state, state.baked
+        self._state = state
+        self._names = () if state.baked is None else state.baked.graph.names
         self._changed, self._on = changed, on
 
     def redo(self) -> None:
@@ -40,9 +41,9 @@ class SwitchPoints(QUndoCommand):
         self._switch(~self._on)
 
     def _switch(self, on: BoolArray) -> None:
-        bits = self._state.bits
-        if bits is None or self._state.baked is not self._baked:
-            self.setObsolete(True)  # another bake is in view: it knows nothing of these points
+        bits, baked = self._state.bits, self._state.baked
+        if bits is None or baked is None or baked.graph.names != self._names:
+            self.setObsolete(True)  # the bake in view has other regions
             return
         if not np.array_equal(bits[self._changed], on):
             bits = bits.copy()
@@ -76,7 +77,7 @@ class RegionBrush:
     def press(self, event: QMouseEvent) -> bool:
         """Begins a stroke while the brush is out; with Ctrl it switches the other way."""
         state = self._state
-        if not state.brushing or state.bits is None or state.regions is None:
+        if state.tool is not Tool.BRUSH or state.bits is None or state.regions is None:
             return False
         self._before = state.bits
         self._on = state.brush_on != bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)

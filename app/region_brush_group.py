@@ -8,7 +8,7 @@ from PyQt6.QtWidgets import QCheckBox, QDoubleSpinBox, QGroupBox, QPushButton, Q
 
 from app.group_parts import group_form, in_row, note
 from app.region_models import reachable_bits
-from app.region_state import RegionState
+from app.region_state import RegionState, Tool
 from viewer.region_marks import highlighted
 from viewer.region_values import POINTS
 
@@ -28,7 +28,7 @@ class RegionBrushGroup(QGroupBox):
             "Drag over points of the selected region to switch them; Ctrl switches the other way (V).\n"
             "The region is fitted again at once; points that were never traced count from the next bake on."
         )
-        self.brush.toggled.connect(lambda on: None if self._filling else state.set_brushing(on))
+        self.brush.toggled.connect(lambda on: None if self._filling else state.use_tool(Tool.BRUSH, on))
         self.off, self.on = QRadioButton("off"), QRadioButton("on")
         self.off.setToolTip("The brush takes points out: they count as unreachable (X switches)")
         self.on.setToolTip("The brush puts points back in (X switches)")
@@ -53,7 +53,7 @@ class RegionBrushGroup(QGroupBox):
         form.addRow(in_row(self._all_off, self._all_on, self._baked))
         form.addRow(self._counts)
         form.addRow(in_row(self._save))
-        for event in (state.opened, state.bits_changed, state.view_changed, state.brushing_changed):
+        for event in (state.opened, state.bits_changed, state.view_changed, state.tool_changed):
             event.connect(self.refresh)
         self.refresh()
 
@@ -69,7 +69,7 @@ class RegionBrushGroup(QGroupBox):
         if state.baked is None or state.bits is None or state.regions is None:
             return
         self._filling = True
-        self.brush.setChecked(state.brushing)
+        self.brush.setChecked(state.tool is Tool.BRUSH)
         (self.on if state.brush_on else self.off).setChecked(True)
         self.radius.setValue(state.brush_radius)
         chosen = highlighted(state.regions, state.view)

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 
 from PyQt6.QtCore import QObject, pyqtSignal
 
 from app.jobs import Jobs
+from app.latest_job import LatestJob
 from app.region_models import Refit, refit
 from app.region_state import RegionState
-from bake.errors import ObscuraError
 from bake.types import BoolArray
 
-_JOB = "region models"
+_Made = tuple[BoolArray | None, bool, Refit]  # bits, optimised centres, what came of them
 
 
 class RegionLive(QObject):
-    """One refit at a time; what changes meanwhile is asked for when it is done, so that sliders never queue up work.
+    """Makes models again when other settings or other points are asked for.
 
     Args:
         state: What is asked for, and where the models go.
@@ -24,70 +25,48 @@ class RegionLive(QObject):
         parent: Qt parent.
     """
 
-    busy = pyqtSignal(bool)
     failed = pyqtSignal(int, str)  # logging level, text
 
     def __init__(self, state: RegionState, jobs: Jobs, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._state, self._jobs = state, jobs
-        self._known: tuple[BoolArray | None, bool, Refit] | None = None  # bits, optimised centres, what came of them
-        self._running = self._wanted = False
-        state.settings_changed.connect(self.request)
-        state.bits_changed.connect(self.request)
+        self._state = state
+        self._known: _Made | None = None
+        self._job = LatestJob(
+            jobs,
+            "region models",
+            self._prepare,
+            self._on_made,
+            lambda error: self.failed.emit(logging.ERROR, str(error)),
+        )
+        state.settings_changed.connect(self._job.request)
+        state.bits_changed.connect(self._job.request)
         state.opened.connect(self._on_opened)
 
     @property
     def is_busy(self) -> bool:
         """Whether models are under way."""
-        return self._running
+        return self._job.is_busy
 
-    def request(self) -> None:
-        """Makes the models again with the state's settings and points."""
-        if self._running:
-            self._wanted = True
-            return
+    def _prepare(self) -> Callable[[], _Made] | None:
         state = self._state
-        baked, settings, bits = state.baked, state.settings, state.bits
+        baked, settings, bits, result = state.baked, state.settings, state.bits, state.document.result
         if baked is None or settings is None:
-            return
-        if not state.is_edited and state.document.result is not None and settings == state.document.result.settings:
+            return None
+        if not state.is_edited and result is not None and settings == result.settings:
             if state.is_preview:
                 state.set_regions(baked, state.energies[:0])
-            return
+            return None
         known = self._known
         usable = known is not None and known[0] is bits and known[1] == settings.optimise_centre
         earlier = known[2] if known is not None and usable else None
         edited = bits if state.is_edited else None
-        self._running = True
-        self.busy.emit(True)
-        self._jobs.run(
-            _JOB,
-            lambda: refit(baked, settings, edited, earlier),
-            lambda made: self._on_made(made, bits, settings.optimise_centre),
-            self._on_failed,
-        )
+        return lambda: (bits, settings.optimise_centre, refit(baked, settings, edited, earlier))
 
-    def _on_made(self, made: Refit, bits: BoolArray | None, optimised: bool) -> None:
-        self._running = False
-        state = self._state
-        if state.baked is not None and made.regions.graph is state.baked.graph:
-            self._known = (bits, optimised, made)
-            state.set_regions(made.regions, made.energies)
-        self._go_on()
-
-    def _on_failed(self, error: ObscuraError) -> None:
-        self._running = False
-        self.failed.emit(logging.ERROR, str(error))
-        self._go_on()
-
-    def _go_on(self) -> None:
-        if self._wanted:
-            self._wanted = False
-            self.request()
-        if not self._running:
-            self.busy.emit(False)
+    def _on_made(self, made: _Made) -> None:
+        regions = made[2].regions
+        if self._state.baked is not None and regions.graph is self._state.baked.graph:
+            self._known = made
+            self._state.set_regions(regions, made[2].energies)
 
     def _on_opened(self) -> None:
         self._known = None
-        if not self._running:
-            self._wanted = False

@@ -18,7 +18,7 @@ from app.region_list import RegionList
 from app.region_live import RegionLive
 from app.region_panel import RegionPanel
 from app.region_presenter import RegionPresenter
-from app.region_state import RegionState
+from app.region_state import RegionState, Tool
 from app.window_parts import DockSpec, Part, Side, Workbench
 from bake.types import Float64Array
 from viewer.picking import Pick
@@ -39,7 +39,6 @@ class RegionsPart(Part):
         self.table = RegionList(self.state)
         self.live = RegionLive(self.state, bench.jobs, bench.window)
         self.presenter = RegionPresenter(self.state, lambda: bench.area.viewports)
-        self._placing = False
 
     def docks(self) -> Sequence[DockSpec]:
         """Panel to the right, tables below."""
@@ -53,7 +52,6 @@ class RegionsPart(Part):
             bake=self.bake_automatic,
             panel=lambda: self.bench.show_panel(PANEL),
             fly=self.fly,
-            place=self.set_placing,
             probe_here=self.probe_selected,
             save=self.ask_for_file,
         )
@@ -64,17 +62,16 @@ class RegionsPart(Part):
         main.navigation.gestures += [RegionBrush(state, main, bench.undo), ProbeDrag(state, main)]
         main.ray_clicked.connect(self._on_click)
         bench.registry["compare"].toggled.connect(lambda _on: QTimer.singleShot(0, self.presenter.redraw))
-        bench.registry["cancel"].triggered.connect(self._leave_tools)
+        bench.registry["cancel"].triggered.connect(lambda: state.set_tool(Tool.NONE))
         bench.controller.baking.connect(self.panel.set_baking)
         self.panel.bake_asked.connect(self.bake_automatic)
         self.panel.models.kept.connect(self.keep_settings)
-        self.panel.probe.placing_changed.connect(self.set_placing)
         self.panel.validity.switch_asked.connect(lambda bits, text: switch(state, bench.undo, bits, text))
         self.panel.validity.save_asked.connect(self.ask_for_file)
         self.table.region_chosen.connect(self._on_region_chosen)
         self.table.link_chosen.connect(self._on_link_chosen)
         self.live.failed.connect(bench.banner.show_message)
-        for event in (state.opened, state.view_changed, state.brushing_changed):
+        for event in (state.opened, state.view_changed, state.tool_changed):
             event.connect(self._on_state)
         self._on_state()
 
@@ -122,12 +119,6 @@ class RegionsPart(Part):
         low, high = regions.graph.minimum[chosen], regions.graph.maximum[chosen]
         radius = float(np.clip(0.15 * np.min(high - low), 0.05, 1.0))
         self._set_probe(regions.graph.seed[chosen], radius)
-
-    def set_placing(self, on: bool) -> None:
-        """Whether clicks place the probe."""
-        self._placing = on
-        self.panel.probe.set_placing(on)
-        self.bench.registry["region-place"].setChecked(on)
 
     def ask_for_file(self) -> None:
         """Writes the region file where the user wants it."""
@@ -191,15 +182,13 @@ class RegionsPart(Part):
         if regions is None or pick is None:
             return
         before = np.array(pick.position) - 0.02 * direction
-        if self._placing:
+        if self.state.tool is Tool.PROBE:
             self._set_probe(np.array(pick.position) - 1.2 * view.probe_size * direction, view.probe_size)
-        elif view.boxes is not None or view.links or view.points is PointSet.SELECTED:
+        elif self.state.tool is Tool.NONE and (
+            view.boxes is not None or view.links or view.points is PointSet.SELECTED
+        ):
             self.state.set_view(view.replaced(region=region_at(regions, before), link=-1))
 
     def _set_probe(self, place: Float64Array, radius: float) -> None:
         x, y, z = (float(value) for value in place)
         self.state.set_view(self.state.view.replaced(probe=(x, y, z), probe_size=radius))
-
-    def _leave_tools(self) -> None:
-        self.set_placing(False)
-        self.state.set_brushing(False)

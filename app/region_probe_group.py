@@ -5,11 +5,11 @@ from __future__ import annotations
 import html
 
 import numpy as np
-from PyQt6.QtCore import Qt, pyqtSignal
+from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QCheckBox, QDoubleSpinBox, QGroupBox, QLabel, QPushButton, QSlider, QWidget
 
 from app.group_parts import choice, group_form, in_row, note, small_table
-from app.region_state import RegionState
+from app.region_state import RegionState, Tool
 from viewer.fields import distance_label
 from viewer.region_glyph import AXES, axis_table, probe_ao, probe_region
 
@@ -19,8 +19,6 @@ _INSIDE, _SELECTED = 0, 1
 class RegionProbeGroup(QGroupBox):
     """Edits the probe of the state's `RegionView`; positions are shown in world metres."""
 
-    placing_changed = pyqtSignal(bool)
-
     def __init__(self, state: RegionState, parent: QWidget | None = None) -> None:
         super().__init__("Probe", parent)
         self._state = state
@@ -29,7 +27,7 @@ class RegionProbeGroup(QGroupBox):
         self.place.setToolTip(
             "A click in the view puts the probe before the surface there (P); drag its sphere to move it"
         )
-        self.place.toggled.connect(self.placing_changed)
+        self.place.toggled.connect(lambda on: None if self._filling else state.use_tool(Tool.PROBE, on))
         self._remove = QPushButton("Remove")
         self._remove.setToolTip("Takes the probe out of the view")
         self._remove.clicked.connect(lambda: self._change(probe=None))
@@ -59,14 +57,10 @@ class RegionProbeGroup(QGroupBox):
         form.addRow("Needle", in_row(self.azimuth, self.elevation))
         form.addRow(self._normal)
         form.addRow(self._values)
-        for event in (state.opened, state.view_changed, state.regions_changed):
+        for event in (state.opened, state.view_changed, state.regions_changed, state.tool_changed):
             event.connect(self.refresh)
         state.document.display_changed.connect(self.refresh)
         self.refresh()
-
-    def set_placing(self, on: bool) -> None:
-        """Whether a click places the probe."""
-        self.place.setChecked(on)
 
     def _coordinate(self, axis: int) -> QDoubleSpinBox:
         spin = QDoubleSpinBox()
@@ -95,6 +89,7 @@ class RegionProbeGroup(QGroupBox):
             return
         self._filling = True
         has_probe = view.probe is not None
+        self.place.setChecked(state.tool is Tool.PROBE)
         world_position = np.asarray(view.probe or (0.0, 0.0, 0.0)) + state.document.world.origin
         for spin, value in zip(self.position, world_position, strict=True):
             spin.setVisible(has_probe)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import enum
+
 import numpy as np
 
 from app.document import Document
@@ -12,6 +14,18 @@ from bake.regions.packed import INDEX_BYTES, MODEL_BYTES
 from bake.settings import BakeSettings
 from bake.types import BoolArray
 from viewer.region_view import RegionView
+
+
+class Tool(enum.Enum):
+    """What the mouse does in the view besides moving the camera."""
+
+    NONE = "none"
+    PROBE = "probe"
+    """A click places the probe."""
+    BRUSH = "brush"
+    """A drag switches grid points."""
+    PATH = "path"
+    """A click adds a point to the path of a walk."""
 
 
 class RegionState:
@@ -26,7 +40,7 @@ class RegionState:
         pending: Points that are switched on but wait for the next bake to be traced, shape (r · 512,), bool.
         energies: Energy before and after each sweep of the regularisation in view; empty as baked.
         view: What of it is shown.
-        brushing: Whether dragging in the view switches points.
+        tool: What the mouse does in the view.
         brush_on: Whether the brush switches points on, rather than off.
         brush_radius: Metres around the point under the cursor.
         version: Grows whenever `regions` or `bits` change: what was drawn of an earlier one is out of date.
@@ -42,7 +56,8 @@ class RegionState:
         self.pending: BoolArray | None = None
         self.energies = np.zeros(0)
         self.view = RegionView()
-        self.brushing = self.brush_on = False
+        self.tool = Tool.NONE
+        self.brush_on = False
         self.brush_radius = 0.3
         self.version = 0
 
@@ -55,7 +70,7 @@ class RegionState:
         self.bits_changed: Event[[]] = Event()
         """Points were switched."""
         self.view_changed: Event[[]] = Event()
-        self.brushing_changed: Event[[]] = Event()
+        self.tool_changed: Event[[]] = Event()
         document.result_changed.connect(self._on_result)
         document.opened.connect(self._on_result)
         self._on_result()
@@ -64,7 +79,7 @@ class RegionState:
         """All events."""
         return (
             self.opened, self.regions_changed, self.settings_changed, self.bits_changed, self.view_changed,
-            self.brushing_changed,
+            self.tool_changed,
         )  # fmt: skip
 
     def close(self) -> None:
@@ -120,17 +135,24 @@ class RegionState:
         self.version += 1
         self.regions_changed.emit()
 
-    def set_brushing(self, on: bool) -> None:
-        """Whether dragging in the view switches points."""
-        if on != self.brushing:
-            self.brushing = on
-            self.brushing_changed.emit()
+    def set_tool(self, tool: Tool) -> None:
+        """Changes what the mouse does in the view."""
+        if tool is not self.tool:
+            self.tool = tool
+            self.tool_changed.emit()
+
+    def use_tool(self, tool: Tool, on: bool) -> None:
+        """Takes a tool up, or puts it away if it is the one in use."""
+        if on:
+            self.set_tool(tool)
+        elif self.tool is tool:
+            self.set_tool(Tool.NONE)
 
     def set_brush(self, *, on: bool | None = None, radius: float | None = None) -> None:
         """Changes which way the brush switches, or how much of a region it covers."""
         self.brush_on = self.brush_on if on is None else on
         self.brush_radius = self.brush_radius if radius is None else radius
-        self.brushing_changed.emit()
+        self.tool_changed.emit()
 
     def _on_result(self) -> None:
         result = self.document.result
@@ -152,6 +174,6 @@ class RegionState:
         self.view = kept.replaced(column=min(kept.column, columns - 1))
         if not same:
             self.view = self.view.replaced(region=-1, link=-1, probe=None, probe_region=-1)
-        self.set_brushing(False)
+        self.set_tool(Tool.NONE)
         self.version += 1
         self.opened.emit()
