@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 
 from bake.errors import InputError
 from bake.regions.free_space import FreeSpace
+from bake.regions.obstacles import CUT_OUT
 from bake.regions.rays import Nearest
 from bake.regions.upright import Upright
 from bake.types import BoolArray, Float64Array, Regions, World
@@ -53,7 +54,8 @@ def tour(regions: Regions, world: World, nearest: Nearest, up: Upright) -> Tour:
     Raises:
         InputError: nobody can stand in any region.
     """
-    floor, free = Floor(nearest, up), FreeSpace(world, nearest)
+    stops = world.face_casts & (world.face_openness < CUT_OUT)
+    floor, free = Floor(nearest, up, stops), FreeSpace(world, nearest, stops)
     routes = Routes(regions, floor, free)
     order = _order(routes, len(regions.graph))
     points = _joined(routes, order)
