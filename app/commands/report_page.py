@@ -12,6 +12,7 @@ from app.commands.html import bar, histogram_svg, page, picture, table, tiles
 from app.commands.pictures import Picture
 from app.commands.progress import duration
 from app.commands.report_decorators import decorator_section
+from app.commands.report_regions import region_section
 from app.commands.summary import bake_summary, mrays_per_second
 from bake.results.exported_ao import object_means
 from bake.types import BakeResult
@@ -45,6 +46,7 @@ def report_page(result: BakeResult, folder: Path, pictures: Sequence[Picture]) -
         "<h2>Darkest objects</h2>",
         _darkest(result),
         *decorator_section(result),
+        *region_section(result),
         "<h2>Findings</h2>",
         _findings(result),
         "<h2>Settings</h2>",
