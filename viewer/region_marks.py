@@ -76,7 +76,7 @@ def link_bars(regions: Regions, view: RegionView) -> Shapes:
     chosen = np.arange(len(graph.link)) == view.link
     colors[chosen] = SELECTED_COLOR
     rods = bars(starts, ends, np.tile(half, 2), np.tile(colors, (2, 1)))
-    return _joined(rods, _diamonds(graph.link_centre, 2.5 * half, colors))
+    return _joined(rods, diamonds(graph.link_centre, 2.5 * half, colors))
 
 
 def point_states(regions: Regions, pending: BoolArray | None = None) -> np.ndarray:
@@ -128,7 +128,7 @@ def model_centres(regions: Regions, view: RegionView) -> Shapes:
     size = 0.04 * np.min(graph.maximum - graph.minimum, axis=1)
     kinds = np.asarray(models.centre_kind).astype(np.int64)
     table = np.array(list(CENTRE_COLORS.values()), np.uint8)
-    return _diamonds(np.asarray(models.centre), np.clip(size, 0.02, 0.2), table[kinds])
+    return diamonds(np.asarray(models.centre), np.clip(size, 0.02, 0.2), table[kinds])
 
 
 def region_at(regions: Regions, point: Float64Array) -> int:
@@ -148,7 +148,7 @@ def region_at(regions: Regions, point: Float64Array) -> int:
 
 
 def bars(starts: Float64Array, ends: Float64Array, half: Float64Array, colors: UInt8Array) -> Shapes:
-    """Square bars between points, shape (n, 3) twice: 8 corners and 12 triangles each."""
+    """Square bars between points, shape (n, 3) twice, of half a width and a colour each."""
     along = ends - starts
     length = np.linalg.norm(along, axis=1, keepdims=True)
     along = along / np.where(length > 0.0, length, 1.0)
@@ -164,6 +164,14 @@ def bars(starts: Float64Array, ends: Float64Array, half: Float64Array, colors: U
     return corners.astype(np.float32), _for_each(cells, 8, len(starts)), np.repeat(colors, 8, axis=0)
 
 
+def diamonds(centres: Float64Array, radius: Float64Array, colors: UInt8Array) -> Shapes:
+    """Octahedra of a radius and a colour each, shape (n, 3), (n,) and (n, 3)."""
+    tips = np.concatenate([np.eye(3), -np.eye(3)])
+    positions = (centres[:, None] + radius[:, None, None] * tips).reshape(-1, 3)
+    cells = np.array([(0, 1, 2), (1, 3, 2), (3, 4, 2), (4, 0, 2), (1, 0, 5), (3, 1, 5), (4, 3, 5), (0, 4, 5)])
+    return positions.astype(np.float32), _for_each(cells, 6, len(centres)), np.repeat(colors, 6, axis=0)
+
+
 def _bounds(regions: Regions, chosen: Int64Array | None) -> tuple[Float64Array, Float64Array]:
     graph = regions.graph
     return (graph.minimum, graph.maximum) if chosen is None else (graph.minimum[chosen], graph.maximum[chosen])
@@ -173,13 +181,6 @@ def _uniform(color: tuple[int, int, int], count: int) -> UInt8Array:
     colors = np.empty((count, 3), np.uint8)
     colors[:] = color
     return colors
-
-
-def _diamonds(centres: Float64Array, radius: Float64Array, colors: UInt8Array) -> Shapes:
-    tips = np.concatenate([np.eye(3), -np.eye(3)])
-    positions = (centres[:, None] + radius[:, None, None] * tips).reshape(-1, 3)
-    cells = np.array([(0, 1, 2), (1, 3, 2), (3, 4, 2), (4, 0, 2), (1, 0, 5), (3, 1, 5), (4, 3, 5), (0, 4, 5)])
-    return positions.astype(np.float32), _for_each(cells, 6, len(centres)), np.repeat(colors, 6, axis=0)
 
 
 def _for_each(cells: np.ndarray, step: int, count: int) -> Int32Array:
