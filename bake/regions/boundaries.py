@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bake.region_types import GRID
 from bake.regions.free_space import FreeSpace
-from bake.regions.grid import box_points
 from bake.regions.links import Sections, boundary_sections
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 
@@ -16,7 +16,7 @@ SPACING = 0.4
 """Metres between the places where a boundary is tried: an ordinary door has several."""
 
 _FEWEST, _MOST = 4, 24  # places along an edge
-_PLACES_AT_ONCE = 1 << 19
+_PLACES_AT_ONCE = 1 << 18
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +54,7 @@ def measure_openings(
     """
     sections = boundary_sections(minimum, maximum, pairs)
     section, places, weight = _places(sections)
-    points = box_points(minimum, maximum)
-    area, moment = np.zeros(len(pairs)), np.zeros((len(pairs), 3))
+    moment = np.zeros((len(pairs), 3))
     pair = sections.pair[section]
     is_open = np.zeros(len(places), np.bool_)
     for begin in range(0, len(places), _PLACES_AT_ONCE):
@@ -64,7 +63,7 @@ def measure_openings(
         still = begin + np.flatnonzero(crossed)
         for side in (0, 1):
             region = pairs[pair[still], side]
-            still = still[_joins(places[still], region, minimum, maximum, points, valid, seed, free)]
+            still = still[sees_region(places[still], region, minimum, maximum, valid, seed, free)]
         is_open[still] = True
     area = np.bincount(pair[is_open], weights=weight[is_open], minlength=len(pairs))
     for axis in range(3):
@@ -104,36 +103,47 @@ def _crosses_gap(places: Float64Array, sections: Sections, section: Int64Array, 
     return crossed
 
 
-def _joins(
+def sees_region(
     places: Float64Array,
-    region: Int32Array,
+    region: NDArray[np.integer],
     minimum: Float64Array,
     maximum: Float64Array,
-    points: Float64Array,
     valid: BoolArray,
     seed: Float64Array,
     free: FreeSpace,
 ) -> BoolArray:
-    """Whether each place sees a valid grid point around it, or else the seed, of its region."""
+    """Whether each place sees a valid grid point around it, or else the seed, of its region.
+
+    Args:
+        places: Shape (n, 3); outside its region's box, a place looks for the points nearest to it.
+        region: Shape (n,).
+        minimum, maximum: Shape (r, 3), boxes.
+        valid: Shape (r, GRID³).
+        seed: Shape (r, 3); NaN for none.
+        free: What blocks.
+
+    Returns:
+        Shape (n,).
+    """
     size = (maximum - minimum)[region]
     cell = np.clip((places - minimum[region]) / size * GRID - 0.5, 0.0, GRID - 1.0)
     low = np.minimum(np.floor(cell).astype(np.int64), GRID - 2)
-    corner = np.array([[c >> 2 & 1, c >> 1 & 1, c & 1] for c in range(8)])
-    index = ((low[:, None] + corner) * np.array([GRID * GRID, GRID, 1])).sum(axis=2)
-    usable = valid[region[:, None], index]
-    away = np.linalg.norm(points[region[:, None], index] - places[:, None], axis=2)
-    away[~usable] = np.inf
-    order = np.argsort(away, axis=1)
-    joined = np.zeros(len(places), np.bool_)
+    corner = low[:, None] + np.array([[c >> 2 & 1, c >> 1 & 1, c & 1] for c in range(8)])
+    usable = valid[region[:, None], (corner * np.array([GRID * GRID, GRID, 1])).sum(axis=2)]
+    points = minimum[region][:, None] + (corner + 0.5) / GRID * size[:, None]
+    away = np.linalg.norm(points - places[:, None], axis=2)
+    order = np.argsort(np.where(usable, away, np.inf), axis=1)
+    sees = np.zeros(len(places), np.bool_)
+    row = np.arange(len(places))
     for attempt in range(8):
         chosen = order[:, attempt]
-        ask = np.flatnonzero(~joined & usable[np.arange(len(places)), chosen])
+        ask = np.flatnonzero(~sees & usable[row, chosen])
         if len(ask) == 0:
             break
-        joined[ask] = free.clear(places[ask], points[region[ask], index[ask, chosen[ask]]])
-    ask = np.flatnonzero(~joined & np.isfinite(seed[region]).all(axis=1))
-    joined[ask] = free.clear(places[ask], seed[region[ask]])
-    return joined
+        sees[ask] = free.clear(places[ask], points[ask, chosen[ask]])
+    ask = np.flatnonzero(~sees & np.isfinite(seed[region]).all(axis=1))
+    sees[ask] = free.clear(places[ask], seed[region[ask]])
+    return sees
 
 
 def _nearest_places(mean: Float64Array, places: Float64Array, pair: Int64Array) -> Float64Array:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from bake.geometry import sphere_direction
 from bake.regions.columns import Plan, Solids
@@ -59,10 +61,27 @@ class Floors:
         room = np.minimum(height, 0.5 * (self.ceiling - self.floor))
         return np.concatenate([self.plan.centre(self.column), (self.floor + room)[:, None]], axis=1)
 
+    def parts(self, cells: Int64Array, *, climb: float = LEDGE) -> Int32Array:
+        """Numbers of the parts into which chosen cells fall, shape (chosen,), from 0.
 
-def find_floors(
-    solids: Solids, plan: Plan, up: Upright, nearest: Nearest, two_sided: BoolArray
-) -> tuple[Floors, int]:
+        Args:
+            cells: Shape (chosen,), ascending.
+            climb: Metres of height that neighbours may differ by.
+        """
+        number = np.full(len(self), -1, np.int64)
+        number[cells] = np.arange(len(cells))
+        ends: list[Int64Array] = []
+        for side in (0, 2):
+            beside = self.beside[cells, side]
+            joined = (beside >= 0) & (np.abs(self.floor[beside] - self.floor[cells]) <= climb)
+            other = np.where(joined, number[beside], -1)
+            ends.append(np.stack([np.flatnonzero(other >= 0), other[other >= 0]]))
+        a, b = np.concatenate(ends, axis=1)
+        graph = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(len(cells), len(cells)))
+        return connected_components(graph, directed=False)[1]
+
+
+def find_floors(solids: Solids, plan: Plan, up: Upright, nearest: Nearest, two_sided: BoolArray) -> tuple[Floors, int]:
     """Gaps between solids in which a character can stand, and the number of rays that were needed.
 
     A gap whose ceiling is the back of a one-sided face may lie below the ground or inside a hollow body: it is left

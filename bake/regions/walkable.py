@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from bake.regions.floors import STEP, Floors
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
@@ -44,17 +42,9 @@ def choose_walkable(floors: Floors, seeds: Float64Array | None = None) -> Walkab
         floors: All cells.
         seeds: Shape (s, 3), (u, v, height), or None.
     """
-    number = np.arange(len(floors))
-    ends: list[Int64Array] = []
-    for side in (0, 2):
-        other = floors.beside[:, side]
-        steps = (other >= 0) & (np.abs(floors.floor[other] - floors.floor) <= STEP)
-        ends.append(np.stack([number[steps], other[steps].astype(np.int64)]))
-    a, b = np.concatenate(ends, axis=1)
-    graph = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(len(floors), len(floors)))
-    label: Int32Array = connected_components(graph, directed=False)[1]
-    if len(label) == 0:
+    if len(floors) == 0:
         return Walkable(floors, np.zeros(0, np.bool_), np.zeros(0, np.bool_))
+    label = floors.parts(np.arange(len(floors)), climb=STEP)
     cells = np.bincount(label)
     wanted = _below_seeds(floors, label, seeds) if seeds is not None else _likely(floors, label, cells)
     walked = wanted[label]
