@@ -11,43 +11,20 @@ from bake.kernels.bodies import CLOSEST
 from bake.kernels.closest import nudged
 from bake.kernels.falloff import Falloff, vec8
 from bake.kernels.follow import follower
-from bake.kernels.rays import (
-    GOLDEN,
-    SECOND_DIMENSION,
-    THRESHOLD,
-    above_face,
-    concentric_disc,
-    first_tangent,
-    hash_u32,
-    owen_sobol,
-    to_unit,
-)
-from bake.kernels.surface import Surface, sample_origin
+from bake.kernels.surface import Surface
 from bake.kernels.veil import Veil, dimmer
+from bake.kernels.veiled import veiled_obscurance_kernel
+from bake.kernels.work import Work, fan_of, ray_direction, ray_threshold
 
 wp.set_module_options({"enable_backward": False, "fast_math": False})
 
-
-@wp.struct
-class Work:
-    """The samples of a bake and where their tallies go."""
-
-    face: wp.array(dtype=wp.int32)
-    barycentric: wp.array(dtype=wp.vec2)
-    index: wp.array(dtype=wp.int32)
-    face_seed: wp.array(dtype=wp.uint32)
-    rays: wp.int32
-    # Out:
-    ao: wp.array2d(dtype=wp.float32)
-    hits: wp.array(dtype=wp.uint16)
-    back_faces: wp.array(dtype=wp.uint16)
+RAYS_AT_ONCE = {"embree": 32, "warp": 1}
+"""Rays that wait for their walk through fog and trees; on CUDA each would cost memory that threads do not have."""
 
 
-def _obscurance_kernel(closest_hit: Any, leaks_at_vertices: bool, fog: bool, trees: bool) -> Any:
-    """The kernel over one way of finding closest hits, with code for fog and trees only where the scene has them."""
+def _obscurance_kernel(closest_hit: Any, leaks_at_vertices: bool) -> Any:
+    """The kernel over one way of finding closest hits, for scenes without fog and trees."""
     follow = follower(closest_hit, leaks_at_vertices)
-    dimmed = dimmer(fog, trees)
-    veiled = fog or trees
 
     @wp.kernel(module="unique", enable_backward=False)
     def obscurance(
@@ -60,41 +37,20 @@ def _obscurance_kernel(closest_hit: Any, leaks_at_vertices: bool, fog: bool, tre
         first: wp.int32,
     ):
         s = first + wp.tid()
-        face = work.face[s]
-        origin = sample_origin(surface, face, work.barycentric[s])
-        tangent = first_tangent(origin.shading_normal)
-        bitangent = wp.cross(origin.shading_normal, tangent)
-        seed = work.face_seed[face]
-        first_seed = hash_u32(seed)
-        second_seed = hash_u32(seed ^ SECOND_DIMENSION)
-        threshold_seed = hash_u32(seed ^ THRESHOLD)
-        block = wp.uint32(work.index[s]) * wp.uint32(work.rays)
-
+        fan = fan_of(surface, work, s)
         blocked = vec8()
         hits = wp.int32(0)
         back_faces = wp.int32(0)
         for j in range(work.rays):
-            disc = concentric_disc(owen_sobol(block + wp.uint32(j), first_seed, second_seed))
-            height = wp.sqrt(wp.max(0.0, 1.0 - disc[0] * disc[0] - disc[1] * disc[1]))
-            direction = disc[0] * tangent + disc[1] * bitangent + height * origin.shading_normal
-            direction = above_face(direction, origin.face_normal)
-
-            threshold = to_unit(threshold_seed + (block + wp.uint32(j)) * GOLDEN)
+            direction = ray_direction(fan, j)
             doubtful = (j - hits) * 16 <= j
-            fate = follow(entry, scene, surface, origin.point, direction, falloff.t_max, threshold, doubtful)
+            threshold = ray_threshold(fan, j)
+            fate = follow(entry, scene, surface, fan.point, direction, falloff.t_max, threshold, doubtful)
             hits += fate.struck
             back_faces += fate.back
-            if veiled:
-                passes = dimmed(veil, surface, origin.point, direction, fate.distance)
+            if fate.stopped == 1:
                 for k in range(falloff.count):
-                    near = wp.float32(0.0)
-                    if fate.stopped == 1:
-                        near = wp.exp(falloff.rates[k] * fate.distance)
-                    blocked[k] += (1.0 - passes) + near * passes  # 1 - ρ × what passes
-            else:
-                if fate.stopped == 1:
-                    for k in range(falloff.count):
-                        blocked[k] += wp.exp(falloff.rates[k] * fate.distance)  # 1 - ρ
+                    blocked[k] += wp.exp(falloff.rates[k] * fate.distance)  # 1 - ρ
         for k in range(falloff.count):
             work.ao[s, k] = wp.max(0.0, 1.0 - blocked[k] / wp.float32(work.rays))
         work.hits[s] = wp.uint16(hits)
@@ -161,7 +117,9 @@ def _transmittance_kernel(fog: bool, trees: bool) -> Any:
 @cache
 def obscurance_kernel(tracer: str, fog: bool, trees: bool) -> Any:
     """The fused kernel for "embree" or "warp", compiled at its first launch."""
-    return _obscurance_kernel(*CLOSEST[tracer], fog, trees)
+    if fog or trees:
+        return veiled_obscurance_kernel(*CLOSEST[tracer], fog, trees, RAYS_AT_ONCE[tracer.partition("-")[0]])
+    return _obscurance_kernel(*CLOSEST[tracer])
 
 
 @cache

@@ -38,9 +38,9 @@ class Veil:
 
 # Along an axis that the ray does not move on, the tiny positive step puts the origin inside [low, high): two boxes that
 # share a face count once for a ray within it, and a box without thickness never counts. No zero ever meets an infinity.
-# The loops over eight lanes become vector instructions on the CPU. What they find is gathered by hand there: Clang's own
-# way from eight comparisons to a mask, and its ordered sum, take as long as all the rest.
-_FOG = """
+# The loops over eight lanes become vector instructions on the CPU. What they find is gathered by hand there: Clang's
+# own way from eight comparisons to a mask, and its ordered sum, take as long as all the rest.
+FOG_WALK = """
     using namespace wp;
     const float tiny = 1e-20f;
     const float rx = 1.0f / (wp::abs(d[0]) < tiny ? tiny : d[0]);
@@ -110,7 +110,7 @@ _FOG = """
 """
 
 
-@wp.func_native(_FOG)
+@wp.func_native(FOG_WALK)
 def _fog_depth(
     bounds: wp.array(dtype=wp.float32),
     node: wp.array(dtype=wp.int32),
