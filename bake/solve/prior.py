@@ -91,6 +91,11 @@ def scene_scatter(moments: FaceMoments) -> SceneScatter:
     return _mean_scatter(moments, _scatter(moments))
 
 
+def usable_faces(moments: FaceMoments) -> BoolArray:
+    """Faces that have enough samples, well enough spread, to show their noise, shape (m,)."""
+    return _scatter(moments)[3]
+
+
 def _mean_scatter(moments: FaceMoments, scatter: _Scatter) -> SceneScatter:
     explained, rest, freedom, usable = scatter
     faces = max(int(usable.sum()), 1)

@@ -15,7 +15,7 @@ from bake.stages import StageClock
 from bake.types import BakeResult, Scene
 
 FOLDER = Path(__file__).resolve().parents[2] / "assets" / "sample_level"
-SETTINGS = BakeSettings(rays=32, device="cpu")
+SETTINGS = BakeSettings(rays=16, device="cpu")
 
 
 def dark_corner() -> Scene:
