@@ -97,7 +97,8 @@ class Window(QMainWindow):
             cache=cache,
             parts=[],
         )
-        self.bench.parts += [make(self.bench) for make in PARTS]
+        for make in PARTS:  # one by one: a part may use those before it
+            self.bench.parts.append(make(self.bench))
         self.bench.docks.update(build_docks(self, [spec for part in self.bench.parts for spec in part.docks()]))
         for part in self.bench.parts:
             for spec, slot in part.actions():
