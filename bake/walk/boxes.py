@@ -20,7 +20,6 @@ class Boxes:
         self.minimum: Float64Array = graph.minimum
         self.maximum: Float64Array = graph.maximum
         self.size: Float64Array = np.maximum(graph.maximum - graph.minimum, 1e-9)
-        self.volume: Float64Array = self.size.prod(axis=1)
         reachable = (points.state != PointState.UNREACHABLE).reshape(-1, GRID, GRID, GRID)
         self._share = reachable.astype(np.float32)
 
@@ -34,6 +33,11 @@ class Boxes:
     def held(self, region: int, points: Float64Array) -> BoolArray:
         """Which points, shape (n, 3), lie in one region's box or on its faces."""
         return ((self.minimum[region] <= points) & (points <= self.maximum[region])).all(axis=1)
+
+    def depth(self, region: Int64Array, point: Float64Array) -> Float64Array:
+        """How deep one point lies in boxes that hold it, shape (r,): 0 on a face, 0.5 in the middle."""
+        inner = np.minimum(point - self.minimum[region], self.maximum[region] - point)
+        return (inner / self.size[region]).min(axis=1)
 
     def distance(self, point: Float64Array) -> Float64Array:
         """How far each box is from one point, shape (r,), metres; 0 inside."""

@@ -15,6 +15,7 @@ from bake.walk.standing import Floor, Standing, find_standing, seen_from
 _TRIED = 24  # places that a link's passage looks for, on either side
 _MOST_PASSAGES = 48  # in one region: of more, not every two look for each other
 _IN_THE_AIR = 4.0  # how much longer a way up or down through a level boundary counts
+_ALONG_THE_EDGE = 4.0  # how much longer one from passage to passage does, that may run between two regions all along
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +113,7 @@ class Routes:
         weight = np.concatenate([np.ones(count), self._weight[links]])
         metres = np.linalg.norm(position[pairs[:, 0]] - position[pairs[:, 1]], axis=1) + 1e-9
         metres *= np.maximum(weight[pairs[:, 0]], weight[pairs[:, 1]])
+        metres[len(metres) - len(facing) :] *= _ALONG_THE_EDGE
         near = coo_array((metres, (pairs[:, 0], pairs[:, 1])), shape=(len(position), len(position))).tocsr()
         middle = int(np.linalg.norm(places - places.mean(axis=0), axis=1).argmin())
         node = np.concatenate([[middle], count + np.arange(len(links))]).astype(np.int64)

@@ -3,8 +3,8 @@
 It stays in its region while that one holds it, so that overlapping boxes don't take turns. A region holds a point of
 its box if it reaches the free space there: one at least of the eight grid points around is connected to its seed.
 Beyond it the next is, of all boxes around the point, the one that comes first when those which reach the free space go
-before those which don't, linked neighbours of the last region before others, and smaller boxes before larger ones.
-Where no box is, it is the nearest; ties go to the first region.
+before those which don't, linked neighbours of the last region before others, and those in which the point lies deeper
+before those of a face of which it is nearer. Where no box is, it is the nearest; ties go to the first region.
 """
 
 from __future__ import annotations
@@ -70,8 +70,10 @@ def _next(boxes: Boxes, neighbours: list[set[int]], point: Float64Array, last: i
         return last, True
     linked = neighbours[last] if last >= 0 else set[int]()
     ranks = [
-        (shut, number not in linked, volume, number)
-        for shut, number, volume in zip(closed.tolist(), around.tolist(), boxes.volume[around].tolist(), strict=True)
+        (shut, number not in linked, -depth, number)
+        for shut, number, depth in zip(
+            closed.tolist(), around.tolist(), boxes.depth(around, point).tolist(), strict=True
+        )
     ]
     return min(ranks)[3], True
 
