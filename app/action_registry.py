@@ -64,6 +64,15 @@ class ActionRegistry(QObject):
         self._window.addAction(action)
         return action
 
+    def remove(self, name: str) -> None:
+        """Takes an action out of the window; the user's keys for it are remembered."""
+        action = self._actions.pop(name)
+        del self._specs[name]
+        self._why.pop(name, None)
+        self._window.removeAction(action)
+        action.deleteLater()
+        self.changed.emit()
+
     def __getitem__(self, name: str) -> QAction:
         return self._actions[name]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from PyQt6.QtCore import Qt
+from PyQt6.QtCore import QObject, Qt, QTimer
 from PyQt6.QtWidgets import QDockWidget, QFrame, QMainWindow, QScrollArea, QTabWidget, QWidget
 
 from app.actions import ActionSpec
@@ -39,8 +39,6 @@ def build_docks(window: QMainWindow, specs: Iterable[DockSpec]) -> dict[str, QDo
         if spec.side is not Side.BOTTOM:
             widget.setMinimumWidth(SIDE_WIDTH)
         dock.setWidget(widget)
-        _show_title(dock, dock.isFloating())
-        dock.topLevelChanged.connect(lambda floating, dock=dock: _show_title(dock, floating))
         window.addDockWidget(AREAS[spec.side], dock)
         docks[spec.title] = dock
         if spec.side in first:
@@ -50,6 +48,7 @@ def build_docks(window: QMainWindow, specs: Iterable[DockSpec]) -> dict[str, QDo
             dock.hide()
     for dock in first.values():
         dock.raise_()
+    _Titles(window, list(docks.values()))
     sides = [first[side] for side in (Side.LEFT, Side.RIGHT) if side in first]
     window.resizeDocks(sides, [SIDE_WIDTH] * len(sides), Qt.Orientation.Horizontal)
     if Side.BOTTOM in first:
@@ -63,9 +62,37 @@ def panel_action(title: str) -> ActionSpec:
     return ActionSpec(name, "View/Panels", title, f"Show or hide the panel {title}", (), True, 6)
 
 
-def _show_title(dock: QDockWidget, floating: bool) -> None:
-    """A title bar only where there is no tab that says the same."""
-    dock.setTitleBarWidget(None if floating else QWidget(dock))
+class _Titles(QObject):
+    """Gives a title bar to those docks only that have no tab which says the same."""
+
+    def __init__(self, window: QMainWindow, docks: list[QDockWidget]) -> None:
+        super().__init__(window)
+        self._window, self._docks = window, docks
+        self._later = QTimer(self)
+        self._later.setSingleShot(True)
+        self._later.timeout.connect(self._refresh)
+        for dock in docks:
+            for signal in (dock.topLevelChanged, dock.dockLocationChanged, dock.visibilityChanged):
+                signal.connect(self._start)
+        self._refresh()
+
+    def _start(self) -> None:
+        self._later.start(0)
+
+    def _refresh(self) -> None:
+        for dock in self._docks:
+            tabbed = any(not other.isHidden() for other in self._window.tabifiedDockWidgets(dock))
+            bare = tabbed and not dock.isFloating()
+            if bare != (dock.titleBarWidget() is not None):
+                former = dock.titleBarWidget()
+                dock.setTitleBarWidget(QWidget(dock) if bare else None)
+                if former is not None:
+                    former.deleteLater()
+                layout = dock.layout()
+                if layout is not None:  # Qt gives the bar its room at the next resize only
+                    layout.invalidate()
+                    layout.setGeometry(dock.rect())
+        self._window.update()  # tabs that went away leave their pixels behind
 
 
 def _scrolled(widget: QWidget) -> QScrollArea:

@@ -9,6 +9,7 @@ from app.parts.files import FilesPart
 from app.parts.habits import HabitsPart
 from app.parts.help import HelpPart
 from app.parts.history import HistoryPart
+from app.parts.layouts import LayoutsPart
 from app.parts.panels import PanelsPart
 from app.parts.results_history import ResultsHistoryPart
 from app.parts.scene_edits import SceneEditsPart
@@ -16,6 +17,7 @@ from app.parts.scene_watch import SceneWatchPart
 from app.parts.selections import SelectionsPart
 from app.parts.views import ViewsPart
 from app.region_part import RegionsPart
+from app.walk_part import WalkPart
 from app.window_parts import Part
 
 PARTS: tuple[type[Part], ...] = (
@@ -30,6 +32,8 @@ PARTS: tuple[type[Part], ...] = (
     ViewsPart,
     BakingPart,
     RegionsPart,
+    WalkPart,
+    LayoutsPart,
     HabitsPart,
     HelpPart,
     AvailabilityPart,
