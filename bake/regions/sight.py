@@ -9,11 +9,12 @@ import numpy as np
 from bake.regions.free_space import FreeSpace
 from bake.types import BoolArray, Float64Array, Int64Array
 
-HELPERS = (0, 512, 1024)
+HELPERS = (0, 512)
 """Points strewn into a box besides its grid, in one attempt after the other."""
 
-_TRIES = 12  # partners that an unreached point tries in a round
-_CANDIDATES = 96  # reached points among which it looks for near ones
+_TRIES = 8  # partners that an unreached point tries in a round
+_CANDIDATES = 48  # reached points among which it looks for near ones
+_SPEAKERS = 24  # points of a part that try for all of it
 _ROUNDS = 8
 
 
@@ -56,7 +57,7 @@ class _Search:
 
     def pairs(self, turn: int) -> tuple[Int64Array, Int64Array]:
         """Unreached points and the reached ones that they try: near ones and arbitrary ones, fresh ones if possible."""
-        seekers = np.flatnonzero(self.wanted & ~self.reached)
+        seekers = self._speakers(np.flatnonzero(self.wanted & ~self.reached), turn)
         known = np.flatnonzero(self.fresh)
         if len(seekers) == 0 or len(known) == 0:
             return np.zeros(0, np.int64), np.zeros(0, np.int64)
@@ -67,6 +68,15 @@ class _Search:
         order = np.arange(len(seekers))[:, None] * 7919 + np.arange(_TRIES - tries) * 104729 + turn * 15485863
         partners = np.concatenate([near, known[order % len(known)]], axis=1)
         return np.repeat(seekers, partners.shape[1]), partners.ravel()
+
+    def _speakers(self, points: Int64Array, turn: int) -> Int64Array:
+        """Of points of the same part, a few, others in each round."""
+        order = np.argsort(self.label[points], kind="stable")
+        label = self.label[points[order]]
+        first = np.searchsorted(label, label)
+        size = np.searchsorted(label, label, side="right") - first
+        place = (np.arange(len(label)) - first + turn) * _SPEAKERS
+        return points[order[place % np.maximum(size, 1) < np.minimum(_SPEAKERS, size)]]
 
     def join(self, found: Int64Array) -> None:
         """Marks points, and all that share their labels, as reached."""
