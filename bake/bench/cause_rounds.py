@@ -9,17 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from bake.arrays import Float64Array, Int64Array
-from bake.bench.injected_defects import make_injection
 from bake.bench.injection import Injection, Placed, cured, inject
 from bake.bench.placements import free_places
 from bake.devices import resolve
 from bake.explain.cause_names import CauseKind
+from bake.explain.looks import mean_ao
 from bake.geometry import cosine_direction
 from bake.low_discrepancy import owen_sobol
 from bake.pipeline import bake
 from bake.scene import flatten
 from bake.scene.validate import find_problems
-from bake.settings import BakeSettings, Kernel
+from bake.settings import BakeSettings
 from bake.stages import StageClock
 from bake.trace import Tracer, create_tracer
 from bake.types import BakeResult, Scene, World
@@ -53,7 +53,7 @@ class Round:
         result: The bake.
         scene: What was baked.
         placed: The injections, n of them.
-        value: Shape (n,): baked AO at each spot, at the shortest distance.
+        value: Shape (n,): baked AO at each spot, at the injection's distance.
         truth: Shape (n,): AO at each spot by rays from there, in the scene with all cures applied.
         face: Shape (n,): the face of each spot.
         weights: Shape (n, 3): barycentric weights of the spot on it.
@@ -79,50 +79,80 @@ def find_places(site: Site, random: np.random.Generator, most: int) -> Float64Ar
     """Free places in the site, shape (p, 3), world metres."""
     world = flatten(site.scene, site.settings)
     with create_tracer(world, site.settings, resolve("cpu")) as tracer:
-        up = site.scene.up_axis if site.scene.up_axis >= 0 else 1
-        size = site.scale
+        size, up = site.scale, up_axis(site.scene)
         return world.origin + free_places(
             world, tracer, random, up_axis=up, radius=1.5 * size, height=2.2 * size, most=most
         )
 
 
-def make_round(site: Site, causes: Sequence[CauseKind], places: Float64Array, random: np.random.Generator) -> Round:
-    """Bakes the site with one injection of each listed cause.
+def make_round(site: Site, injections: Sequence[Injection], places: Float64Array, random: np.random.Generator) -> Round:
+    """Bakes the site with one injection at each place.
 
     Args:
         site: Where.
-        causes: n of them.
-        places: Shape (n, 3), world metres.
-        random: Decides the measures and the turns.
+        injections: n of them.
+        places: Shape (n, 3), world metres, on the ground.
+        random: Decides the turns.
     """
-    injections: list[Injection] = [make_injection(cause, random) for cause in causes]
-    up = site.scene.up_axis if site.scene.up_axis >= 0 else 1
-    turns: list[float] = random.uniform(0.0, 2.0 * np.pi, len(causes)).tolist()
+    scene, placed = put(site, injections, places, random)
+    return bake_round(scene, placed, site.settings, cured(scene, placed), placed)
+
+
+def put(
+    site: Site, injections: Sequence[Injection], places: Float64Array, random: np.random.Generator
+) -> tuple[Scene, list[Placed]]:
+    """The site's scene with one injection on a plinth at each place; arguments as for `make_round`."""
+    turns: list[float] = random.uniform(0.0, 2.0 * np.pi, len(injections)).tolist()
     tops = places.copy()
-    tops[:, up] += PLINTH * site.scale
-    scene, placed = inject(site.scene, injections, tops, turns, site.scale)
-    return bake_round(scene, placed, site.settings)
+    tops[:, up_axis(site.scene)] += PLINTH * site.scale
+    return inject(site.scene, injections, tops, turns, site.scale)
 
 
-def bake_round(scene: Scene, placed: Sequence[Placed], settings: BakeSettings) -> Round:
-    """Bakes a scene with injections and finds out what is true at their spots."""
+def bake_round(
+    scene: Scene, placed: Sequence[Placed], settings: BakeSettings, sound: Scene, sound_placed: Sequence[Placed]
+) -> Round:
+    """Bakes a scene with injections and finds out what is true at their spots.
+
+    Args:
+        scene: With injections.
+        placed: Them.
+        settings: Of the bake.
+        sound: The scene with everything mended.
+        sound_placed: The same injections there.
+    """
+    result = bake_scene(scene, settings)
+    spots = [locate(result.world, item) for item in placed]
+    face = np.array([spot[0] for spot in spots], np.int64)
+    weights = np.array([spot[1] for spot in spots])
+    columns = np.array([item.injection.column for item in placed])
+    values = result.field.ao.astype(np.float64)[result.world.faces[face], columns[:, None]]
+    world = flatten(sound, settings)
+    with create_tracer(world, settings, resolve("cpu")) as tracer:
+        truth = np.array([direct_ao(tracer, item, world.origin) for item in sound_placed])
+    return Round(result, scene, tuple(placed), np.einsum("ij,ij->i", values, weights), truth, face, weights)
+
+
+def bake_scene(scene: Scene, settings: BakeSettings) -> BakeResult:
+    """A bake of a scene in memory, its findings made anew."""
     scene = dataclasses.replace(scene, findings=tuple(find_problems(scene)))
     work = bake(scene, settings, resolve("cpu"), StageClock())
     while True:
         try:
             next(work)
         except StopIteration as done:
-            result: BakeResult = done.value
-            break
-    spots = [locate(result.world, item) for item in placed]
-    face = np.array([spot[0] for spot in spots], np.int64)
-    weights = np.array([spot[1] for spot in spots])
-    values = result.field.ao[:, 0].astype(np.float64)
-    value = np.einsum("ij,ij->i", values[result.world.faces[face]], weights)
-    sound = flatten(cured(scene, placed), settings)
-    with create_tracer(sound, settings, resolve("cpu")) as tracer:
-        truth = np.array([direct_ao(tracer, item, sound.origin, settings) for item in placed])
-    return Round(result, scene, tuple(placed), value, truth, face, weights)
+            return done.value
+
+
+def up_axis(scene: Scene) -> int:
+    """Which way is up; y where the file does not say."""
+    return scene.up_axis if scene.up_axis >= 0 else 1
+
+
+def scaled(scene: Scene, scale: float) -> Scene:
+    """The scene with all lengths multiplied."""
+    matrix = np.diag([scale, scale, scale, 1.0])
+    objects = tuple(dataclasses.replace(item, transform=matrix @ item.transform) for item in scene.objects)
+    return dataclasses.replace(scene, objects=objects)
 
 
 def locate(world: World, item: Placed) -> tuple[int, Float64Array]:
@@ -138,16 +168,12 @@ def locate(world: World, item: Placed) -> tuple[int, Float64Array]:
     return begin + best, weights[best]
 
 
-def direct_ao(tracer: Tracer, item: Placed, origin: Float64Array, settings: BakeSettings) -> float:
-    """AO at a spot by rays from there, at the shortest distance."""
+def direct_ao(tracer: Tracer, item: Placed, origin: Float64Array) -> float:
+    """AO at a spot by rays from there."""
     start = item.spot - origin + 2e-3 * item.scale * item.normal
     u, v = owen_sobol(np.arange(TRUTH_RAYS), np.full(TRUTH_RAYS, 7, np.uint32))
-    ways = cosine_direction(u, v, np.tile(item.normal, (TRUTH_RAYS, 1))).astype(np.float32)
-    origins = np.tile(start, (TRUTH_RAYS, 1)).astype(np.float32)
-    hits = tracer.nearest(origins, ways, settings.trace_distance)
-    if settings.kernel is Kernel.OCCLUSION:
-        return float((hits.face < 0).mean())
-    return float(np.where(hits.face < 0, 1.0, 1.0 - 2.0 ** (-hits.distance / min(settings.distances))).mean())
+    ways = cosine_direction(u, v, np.tile(item.normal, (TRUTH_RAYS, 1)))
+    return float(mean_ao(tracer, start[None], ways[None])[0, item.injection.column])
 
 
 def _nearest(corners: Float64Array, point: Float64Array) -> tuple[Float64Array, Float64Array]:

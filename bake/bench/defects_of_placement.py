@@ -173,3 +173,34 @@ def leak_under_wall(random: Random) -> Injection:
         (wall + random.uniform(0.1, 0.3) * (0.5 * cell - wall) + 0.02, 0.1, random.uniform(-0.15, 0.15)),
         (0.0, 1.0, 0.0),
     )
+
+
+def wide_shell(random: Random) -> Injection:
+    """A stand in a wide closed shell that faces inwards and goes through the level, as a misplaced sky would."""
+    size = random.uniform(3.5, 5.0)
+    stand = block((-0.2, -0.01, -0.2), (0.2, random.uniform(0.3, 0.7), 0.2), 0.15)
+    shell = ball(4, size, size, size) if random.random() < 0.5 else block((-size,) * 3, (size,) * 3, 1.0)
+    return Injection(
+        CauseKind.SHELL,
+        "wide shell",
+        {"Plinth": Prop(plinth()), "Stand": Prop(shaded(stand)), "Shell": Prop(shaded(shell.flipped(), 80.0))},
+        "Stand",
+        (random.uniform(-0.1, 0.1), float(stand.positions[:, 1].max()), random.uniform(-0.1, 0.1)),
+        (0.0, 1.0, 0.0),
+        {"Shell": {"role": "ignore"}},
+        longest=True,
+    )
+
+
+def stand(random: Random) -> Injection:
+    """A sound post, to be baked in a wrong unit."""
+    half, high = random.uniform(0.15, 0.3), random.uniform(0.6, 1.0)
+    post = block((-half, -0.01, -half), (half, high, half), 0.12)
+    return Injection(
+        CauseKind.UNIT,
+        "whole level in a wrong unit",
+        {"Plinth": Prop(plinth()), "Post": Prop(shaded(post))},
+        "Post",
+        (half, random.uniform(0.5, 0.8) * high, random.uniform(-0.5, 0.5) * half),
+        (1.0, 0.0, 0.0),
+    )

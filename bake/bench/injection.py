@@ -44,6 +44,7 @@ class Injection:
         spot: Shape (3,): a point on that object.
         normal: Shape (3,): unit, on the side that is looked at.
         cure: Keys by name of object that remedy it; empty if no key does.
+        longest: Whether it shows at the longest distance, instead of the shortest.
     """
 
     cause: CauseKind
@@ -53,6 +54,12 @@ class Injection:
     spot: tuple[float, float, float]
     normal: tuple[float, float, float]
     cure: Mapping[str, Keys] = field(default_factory=dict[str, Keys])
+    longest: bool = False
+
+    @property
+    def column(self) -> int:
+        """Column of the AO at which it shows."""
+        return -1 if self.longest else 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,216 @@
+"""How often the cause of a dark spot is named rightly: defects injected into real scenes, as a confusion matrix.
+
+Each cause is injected until it has shown itself the wanted number of times in each scene: a defect must be darker than
+what rays from its spot see once it is mended, a true crevice must be dark and right. What the classifier says is then
+held against what was injected. The measures, places and turns follow from a seed; the classifier's thresholds were
+chosen on other seeds.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bake.arrays import Float64Array
+from bake.bench.cause_rounds import Round, Site, find_places, make_round, scaled
+from bake.bench.injected_defects import make_injection
+from bake.bench.special_rounds import shell_round, turned_round, unit_round
+from bake.bench.table import Measurements
+from bake.explain.cause_names import CauseKind
+from bake.explain.causes import name_causes
+from bake.explain.explainer import Explainer
+from bake.pipeline import settings_for
+from bake.scene import load_scene
+from bake.settings import BakeSettings
+
+PLACEMENTS = 20
+SPECIAL = 5
+"""Of these, how many are wide shells, wrong units or turned objects of the level."""
+
+MOST_ROUNDS = 40
+RIGHT, FALSE_ALARM = 0.9, 0.05
+SIZES = (1.0, 0.6, 0.35)
+"""Sizes of the injections; the largest for which the scene has room is taken."""
+
+ENOUGH_PLACES = 16
+SEED = 20_26
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What was said of one injection.
+
+    Attributes:
+        site: Name of the scene.
+        cause, variant: What was injected.
+        named: The cause that was named first.
+        confidence: With what confidence.
+        value, truth: Baked AO, and what is right.
+    """
+
+    site: str
+    cause: CauseKind
+    variant: str
+    named: CauseKind
+    confidence: float
+    value: float
+    truth: float
+
+
+def measure_causes(
+    paths: Sequence[Path],
+    options: Mapping[str, Any],
+    *,
+    scales: Sequence[float] = (),
+    placements: int = PLACEMENTS,
+    seed: int = SEED,
+) -> Iterator[Measurements]:
+    """The confusion matrix over all scenes, one for each scene, and a table by kind of injection.
+
+    Args:
+        paths: Scene files.
+        options: Bake options by long name; 32 rays and 2 to 8 samples a face where they do not say.
+        scales: Metres in a unit of each file; 1 for those without.
+        placements: Of each cause in each scene.
+        seed: Decides all measures and places.
+    """
+    outcomes: list[Outcome] = []
+    for number, path in enumerate(paths):
+        settings = settings_for(path, {"rays": 32, "samples-per-face": "2:8", "regions": "none", **options})
+        scale = scales[number] if number < len(scales) else 1.0
+        outcomes += judge_scene(path, settings, scale, placements, seed + number)
+    for site in dict.fromkeys(item.site for item in outcomes):
+        yield confusion([item for item in outcomes if item.site == site], f"causes in {site}")
+    yield _by_variant(outcomes)
+    yield confusion(outcomes, "causes", gated=True)
+
+
+def judge_scene(path: Path, settings: BakeSettings, scale: float, placements: int, seed: int) -> list[Outcome]:
+    """Injects, bakes and judges until every cause has shown itself `placements` times."""
+    random = np.random.default_rng(seed)
+    site, places = site_of(path, settings, scale, random)
+    wanted = dict.fromkeys(CauseKind, placements)
+    outcomes: list[Outcome] = []
+    for made in _special_rounds(site, places, random, min(SPECIAL, placements)):
+        outcomes += _taken(judge_round(made, site.name), wanted)
+    for _ in range(MOST_ROUNDS):
+        missing = [kind for kind, count in wanted.items() for _ in range(count)]
+        if not missing or not len(places):
+            break
+        random.shuffle(missing)
+        chosen = (missing * (1 + len(places) // len(missing)))[: min(len(places), 2 * len(missing))]
+        injections = [make_injection(kind, random) for kind in chosen]
+        spread = places[random.permutation(len(places))[: len(chosen)]]
+        outcomes += _taken(judge_round(make_round(site, injections, spread, random), site.name), wanted)
+    return outcomes
+
+
+def site_of(path: Path, settings: BakeSettings, scale: float, random: np.random.Generator) -> tuple[Site, Float64Array]:
+    """A scene to inject into, and where there is room: with injections as large as it has room for."""
+    scene = scaled(load_scene(path, crease_angle=settings.crease_angle), scale)
+    site, places = Site(path.stem, scene, SIZES[0], settings), np.zeros((0, 3))
+    for size in SIZES:
+        site = Site(path.stem, scene, size, settings)
+        places = find_places(site, random, 130)
+        if len(places) >= ENOUGH_PLACES:
+            break
+    return site, places
+
+
+def judge_round(made: Round, site: str) -> list[Outcome]:
+    """What is said of the injections that came out as meant."""
+    outcomes: list[Outcome] = []
+    with Explainer(made.result) as explainer:
+        for number, item in enumerate(made.placed):
+            if not made.manifest(number):
+                continue
+            injection = item.injection
+            explanation = explainer.explain_face(int(made.face[number]), made.weights[number])
+            distance = made.result.settings.column_distances[injection.column]
+            first = name_causes(explainer, explanation, distance=distance)[0]
+            value, truth = float(made.value[number]), float(made.truth[number])
+            outcomes.append(
+                Outcome(site, injection.cause, injection.variant, first.kind, first.confidence, value, truth)
+            )
+    return outcomes
+
+
+def confusion(outcomes: Sequence[Outcome], name: str, *, gated: bool = False) -> Measurements:
+    """One row a cause that was injected, one column a cause that was named; the last row has the sums."""
+    table: dict[CauseKind, Counter[CauseKind]] = defaultdict(Counter)
+    for item in outcomes:
+        table[item.cause][item.named] += 1
+    rows: list[dict[str, Any]] = []
+    for kind in CauseKind:
+        count = table[kind].total()
+        if count:
+            named = {str(other): table[kind][other] or None for other in CauseKind}
+            rows.append(
+                {"injected": str(kind), **named, "placements": count, "right %": 100.0 * table[kind][kind] / count}
+            )
+    right = sum(counter[kind] for kind, counter in table.items())
+    sound = table[CauseKind.CREVICE]
+    alarms = 1.0 - sound[CauseKind.CREVICE] / max(sound.total(), 1)
+    total: dict[str, Any] = {
+        "injected": "all",
+        "placements": len(outcomes),
+        "right %": 100.0 * right / max(len(outcomes), 1),
+        "crevices called a defect %": 100.0 * alarms,
+    }
+    if gated:
+        total["passed"] = right >= RIGHT * len(outcomes) and alarms <= FALSE_ALARM
+    rows.append(total)
+    notes = ["rows: what was injected; columns: what was named first"]
+    gates = f"gates: at least {100 * RIGHT:g} % right, at most {100 * FALSE_ALARM:g} % of true crevices called a defect"
+    return Measurements(name, rows, [*notes, gates] if gated else notes)
+
+
+def _by_variant(outcomes: Sequence[Outcome]) -> Measurements:
+    """One row a kind of injection: how many were named rightly, with what confidence, and how dark they are."""
+    groups: dict[tuple[str, str], list[Outcome]] = defaultdict(list)
+    for item in outcomes:
+        groups[str(item.cause), item.variant].append(item)
+    rows = [
+        {
+            "injected": cause,
+            "kind": variant,
+            "placements": len(items),
+            "right": sum(item.named is item.cause for item in items),
+            "mean confidence": float(np.mean([item.confidence for item in items])),
+            "mean AO baked": float(np.mean([item.value for item in items])),
+            "mean AO mended": float(np.mean([item.truth for item in items])),
+        }
+        for (cause, variant), items in sorted(groups.items())
+    ]
+    return Measurements("kinds", rows, ["AO at the distance at which the defect shows"])
+
+
+def _special_rounds(site: Site, places: Float64Array, random: np.random.Generator, most: int) -> Iterator[Round]:
+    made = turned_round(site, random, most)
+    if made is not None:
+        yield made
+    for make in (unit_round, shell_round):
+        shown = 0
+        for _ in range(MOST_ROUNDS):
+            made = make(site, places, random, 2 * most)
+            if made is None:
+                break
+            shown += sum(made.manifest(number) for number in range(len(made.placed)))
+            yield made
+            if shown >= most:
+                break
+
+
+def _taken(outcomes: Sequence[Outcome], wanted: dict[CauseKind, int]) -> list[Outcome]:
+    """Those that are still wanted."""
+    kept: list[Outcome] = []
+    for item in outcomes:
+        if wanted[item.cause] > 0:
+            wanted[item.cause] -= 1
+            kept.append(item)
+    return kept
