@@ -25,7 +25,7 @@ def fly_to_region(viewport: Viewport, picker: LazyPicker, regions: Regions, regi
         viewport.navigation.fly_to(outside)
         return
     corner = seed + 0.8 * (np.where(outside.backward > 0.0, high, low) - seed)
-    viewport.navigation.fly_to(looking(viewport.camera, _free_eye(picker, seed, corner), middle))
+    viewport.navigation.fly_to(looking(viewport.camera, free_eye(picker, seed, corner), middle))
 
 
 def fly_to_link(viewport: Viewport, picker: LazyPicker, regions: Regions, link: int) -> None:
@@ -39,7 +39,7 @@ def fly_to_link(viewport: Viewport, picker: LazyPicker, regions: Regions, link: 
     wanted = max(2.5 * math.sqrt(float(graph.link_area[link])), 2.0)
     if length < 1e-6:
         away, length = viewport.camera.backward, 1.0
-    eye = _free_eye(picker, centre, centre + away / length * wanted)
+    eye = free_eye(picker, centre, centre + away / length * wanted)
     viewport.navigation.fly_to(looking(viewport.camera, eye, centre))
 
 
@@ -63,8 +63,8 @@ def looking(camera: Camera, eye: Float64Array, focal: Float64Array) -> Camera:
     )
 
 
-def _free_eye(picker: LazyPicker, start: Float64Array, wanted: Float64Array) -> Float64Array:
-    """The wanted place, or one a little before the first wall on the way to it."""
+def free_eye(picker: LazyPicker, start: Float64Array, wanted: Float64Array) -> Float64Array:
+    """The wanted place, or one a little before the first wall on the way to it, each of shape (3,)."""
     way = wanted - start
     length = float(np.linalg.norm(way))
     if length < 1e-6:

@@ -28,6 +28,7 @@ class RegionPanel(QWidget):
     """Groups over one `RegionState`; says how to bake regions where there are none."""
 
     bake_asked = pyqtSignal()
+    walk_asked = pyqtSignal()
 
     def __init__(self, state: RegionState, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -42,10 +43,13 @@ class RegionPanel(QWidget):
         self.models = RegionModelGroup(state)
         self.probe = RegionProbeGroup(state)
         self.validity = RegionBrushGroup(state)
+        self.walk = QPushButton("Walk through the regions …")
+        self.walk.setToolTip("Let a figure walk through the level, and find where it pops (Ctrl+W)")
+        self.walk.clicked.connect(self.walk_asked)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(6, 6, 6, 6)
         layout.setSpacing(6)
-        for widget in (self._none, self.bake, self.shown, self.models, self.probe, self.validity):
+        for widget in (self._none, self.bake, self.shown, self.models, self.probe, self.validity, self.walk):
             layout.addWidget(widget)
         layout.addStretch(1)
         for event in (state.opened, state.document.opened, state.document.result_changed):
@@ -60,7 +64,7 @@ class RegionPanel(QWidget):
     def refresh(self) -> None:
         """Follows the state."""
         document, has = self._state.document, self._state.regions is not None
-        for group in (self.shown, self.models, self.probe, self.validity):
+        for group in (self.shown, self.models, self.probe, self.validity, self.walk):
             group.setVisible(has)
         self._none.setVisible(not has)
         self.bake.setVisible(not has and document.scene_path is not None)

@@ -116,7 +116,7 @@ class RegionPresenter:
         self._put(
             "chosen edges", selected_lines(regions, chosen) if some else None, front=view.through_walls, width=3.0
         )
-        self._put("chosen sides", box_faces(regions, chosen) if some else None, opacity=0.12)
+        self._put("chosen sides", box_faces(regions, chosen) if some else None, opacity=0.08)
 
     def _draw_links(self, regions: Regions, view: RegionView) -> None:
         shapes = link_bars(regions, view) if view.links and len(regions.graph.link) else None

@@ -14,7 +14,7 @@ from viewer.walk_figure import Figure
 Shapes = tuple[Float32Array, Int32Array, UInt8Array]
 
 PATH_COLOR = (64, 160, 255)
-_POP_RADIUS = 0.16
+_POP_RADIUS = 0.09
 _MOST_CODES = 32.0
 
 

@@ -11,11 +11,11 @@ from viewer.region_glyph import AXES
 from viewer.walk_curves import TITLES
 
 FIGURES: tuple[tuple[str, str], ...] = (
-    ("worst step", f"Largest step of AO from frame to frame over seven normals; {STEP_BOUND} is one code at white"),
+    ("step", f"Largest step of AO from frame to frame over seven normals; {STEP_BOUND} is one code at white"),
     ("codes", "The same in 8-bit sRGB codes under full ambient light"),
     ("pops", "Frames on which the figure visibly jumps"),
-    ("lag s", "Median time until nine tenths of a boundary's jump have arrived"),
-    ("mean error", "Mean distance to the truth; only where that was traced"),
+    ("lag", "Median seconds until nine tenths of a boundary's jump have arrived"),
+    ("error", "Mean distance to the truth; only where that was traced"),
 )
 
 

@@ -1,0 +1,116 @@
+"""Plot and pops of a walk side by side, below the view."""
+
+from __future__ import annotations
+
+from PyQt6.QtCore import Qt, pyqtSignal
+from PyQt6.QtGui import QColor, QIcon, QPixmap
+from PyQt6.QtWidgets import QHBoxLayout, QLabel, QSplitter, QToolButton, QVBoxLayout, QWidget
+
+from app.tables import Cell, RowsView
+from app.walk_painting import variant_color
+from app.walk_plot import WalkPlot
+from app.walk_state import WalkState
+from bake.walk import Variant
+from viewer.walk_curves import TITLES
+from viewer.walk_rows import pop_columns
+
+_MOST_ROWS = 500
+"""Pops listed at most, those of most codes; the count above says so."""
+
+
+class WalkList(QWidget):
+    """The plot with a button a variant above it, and the table of pops."""
+
+    pop_chosen = pyqtSignal(object)  # Pop
+
+    def __init__(self, state: WalkState, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._state = state
+        self._filling = False
+        self.plot = WalkPlot(state)
+        self.plot.pop_chosen.connect(self.pop_chosen)
+        self.buttons: dict[Variant, QToolButton] = {}
+        left = QWidget()
+        column = QVBoxLayout(left)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        row = QHBoxLayout()
+        row.setSpacing(2)
+        for variant in Variant:
+            row.addWidget(self._build_button(variant))
+        row.addStretch(1)
+        column.addLayout(row)
+        column.addWidget(self.plot, 1)
+        self._count = QLabel()
+        self.view = RowsView(("Boundary", "Time s", "Codes", "Step", "Facing", "Variant"), stretch=0)
+        self.view.setToolTip("Frames on which the figure visibly jumps; click one to go there and see its boundary")
+        self.view.setSortingEnabled(True)
+        self.view.sortByColumn(2, Qt.SortOrder.DescendingOrder)
+        selection = self.view.selectionModel()
+        assert selection is not None
+        selection.selectionChanged.connect(self._on_selection)
+        right = QWidget()
+        column = QVBoxLayout(right)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        column.addWidget(self._count)
+        column.addWidget(self.view, 1)
+        split = QSplitter(Qt.Orientation.Horizontal)
+        split.addWidget(left)
+        split.addWidget(right)
+        split.setSizes([560, 400])
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(4, 4, 4, 4)
+        layout.addWidget(split)
+        state.walk_changed.connect(self.refresh)
+        state.view_changed.connect(self.refresh)
+        self.refresh()
+
+    def _build_button(self, variant: Variant) -> QToolButton:
+        button = QToolButton()
+        button.setText(TITLES[variant])
+        button.setCheckable(True)
+        button.setAutoRaise(True)
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        button.setToolTip("Show or hide its curve and its pops")
+        button.toggled.connect(lambda on: self._on_button(variant, on))
+        swatch = QPixmap(10, 10)
+        swatch.fill(QColor(variant_color(variant, self.palette())))
+        button.setIcon(QIcon(swatch))
+        self.buttons[variant] = button
+        return button
+
+    def refresh(self) -> None:
+        """Follows the state."""
+        state, regions = self._state, self._state.regions.regions
+        self._filling = True
+        for variant, button in self.buttons.items():
+            button.setChecked(variant in state.view.variants)
+            button.setEnabled(state.walk is None or variant in state.walk.ao)
+        pops = state.pops
+        shown = pops[:_MOST_ROWS]
+        if regions is not None:
+            cells = [
+                [Cell(text, key) for text, key in zip(column.texts, column.keys, strict=True)]
+                for column in pop_columns(shown, regions)
+            ]
+            self.view.set_rows(list(zip(*cells, strict=True)))
+        else:
+            self.view.set_rows([])
+        self._filling = False
+        text = f"{len(pops):,} pop{'' if len(pops) == 1 else 's'}"
+        if len(shown) < len(pops):
+            text += f", the worst {len(shown)} listed"
+        self._count.setText(text if state.walk is not None else "Pops")
+
+    def _on_button(self, variant: Variant, on: bool) -> None:
+        if not self._filling:
+            variants = self._state.view.variants
+            self._state.set_view(variants=variants | {variant} if on else variants - {variant})
+
+    def _on_selection(self) -> None:
+        selection = self.view.selectionModel()
+        rows = selection.selectedRows() if selection is not None else []
+        if rows and not self._filling:
+            number = self.view.proxy.mapToSource(rows[0]).row()
+            self.pop_chosen.emit(self._state.pops[number])
