@@ -8,8 +8,9 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from bake.region_types import GRID, PointState
 from bake.regions.free_space import FreeSpace
-from bake.types import Float64Array, Int32Array, Int64Array, Regions
+from bake.types import BoolArray, Float64Array, Int32Array, Int64Array, Regions
 from bake.walk.standing import Floor, Standing, find_standing, seen_from
 
 _TRIED = 24  # places that a link's passage looks for, on either side
@@ -40,7 +41,7 @@ class Routes:
 
     Attributes:
         length: Stops by stops, sparse: metres between those that share a region.
-        reachable: Shape (r,), bool: regions in which one can stand at all.
+        reachable: Shape (r,), bool: regions in which one can stand, and that are not mostly inside something.
 
     Args:
         regions: Boxes, links and valid points.
@@ -57,7 +58,7 @@ class Routes:
         seen = [seen_from(standing, graph.link[:, side], self._passage, free, most=_TRIED) for side in (0, 1)]
         links = [np.flatnonzero((graph.link == number).any(axis=1)) for number in range(self._count)]
         facing = _facing(links, self._passage, free)
-        self.reachable = np.diff(standing.first) > 0
+        self.reachable = (np.diff(standing.first) > 0) & _in_the_open(regions)
         self._inside: dict[int, _Inside] = {}
         self._ends: dict[tuple[int, int], int] = {}
         rows: list[tuple[int, int, float]] = []
@@ -120,6 +121,12 @@ class Routes:
         lengths, before = dijkstra(near, directed=False, indices=node, return_predecessors=True)
         stops = np.concatenate([[number], self._count + links]).astype(np.int64)
         return _Inside(stops, node, before.astype(np.int32), position), lengths[:, node]
+
+
+def _in_the_open(regions: Regions) -> BoolArray:
+    """Regions most of whose traced points are valid, shape (r,): others are mostly inside something."""
+    state = regions.points.state.reshape(-1, GRID**3)
+    return (state == PointState.VALID).sum(axis=1) > (state == PointState.BACK_FACES).sum(axis=1)
 
 
 def _passages(regions: Regions, floor: Floor) -> Float64Array:

@@ -2,9 +2,10 @@
 
 It stays in its region while that one holds it, so that overlapping boxes don't take turns. A region holds a point of
 its box if it reaches the free space there: one at least of the eight grid points around is connected to its seed.
-Beyond it the next is, of all boxes around the point, the one that comes first when those which reach the free space go
-before those which don't, linked neighbours of the last region before others, and those in which the point lies deeper
-before those of a face of which it is nearer. Where no box is, it is the nearest; ties go to the first region.
+Then comes a linked neighbour that holds it. Where none does, as in the thickness of a doorway, the last region counts
+as long as its box is near. After that, or after a teleport, any region that holds the point will do, then any box
+around it, then the nearest box. Of several that do equally the one comes first in which the point lies deepest, and of
+those the first of all.
 """
 
 from __future__ import annotations
@@ -12,8 +13,11 @@ from __future__ import annotations
 import numpy as np
 
 from bake.region_types import RegionGraph
-from bake.types import BoolArray, Float64Array, Int32Array
+from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 from bake.walk.boxes import Boxes
+
+NEAR = 1.0
+"""Metres from its box within which a region still counts where no linked neighbour holds the character."""
 
 _FRAMES_AT_ONCE = 256
 
@@ -60,22 +64,22 @@ def _holds(boxes: Boxes, region: int, points: Float64Array) -> BoolArray:
 
 def _next(boxes: Boxes, neighbours: list[set[int]], point: Float64Array, last: int) -> tuple[int, bool]:
     around = boxes.holding(point)
-    if not len(around):
-        distance = boxes.distance(point)
-        if last >= 0 and distance[last] <= distance.min():
-            return last, False
-        return int(distance.argmin()), False
-    closed = boxes.open_share(around, np.broadcast_to(point, (len(around), 3))) <= 0.0
-    if last >= 0 and closed.all() and last in around:
-        return last, True
-    linked = neighbours[last] if last >= 0 else set[int]()
-    ranks = [
-        (shut, number not in linked, -depth, number)
-        for shut, number, depth in zip(
-            closed.tolist(), around.tolist(), boxes.depth(around, point).tolist(), strict=True
-        )
-    ]
-    return min(ranks)[3], True
+    holding = around[boxes.open_share(around, np.broadcast_to(point, (len(around), 3))) > 0.0]
+    distance = boxes.distance(point)
+    if last >= 0:
+        linked = holding[[number in neighbours[last] for number in holding.tolist()]]
+        if len(linked):
+            return _deepest(boxes, linked, point), True
+        if distance[last] <= (NEAR if len(around) else distance.min()):
+            return last, bool(len(around))
+    for candidates in (holding, around):
+        if len(candidates):
+            return _deepest(boxes, candidates, point), True
+    return int(distance.argmin()), False
+
+
+def _deepest(boxes: Boxes, regions: Int64Array, point: Float64Array) -> int:
+    return int(regions[boxes.depth(regions, point).argmax()])
 
 
 def _neighbours(graph: RegionGraph) -> list[set[int]]:

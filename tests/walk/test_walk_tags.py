@@ -33,15 +33,15 @@ def test_it_stays_while_its_box_holds_it() -> None:
 
 
 def test_after_a_teleport_the_past_does_not_count() -> None:
-    """In an overlap it takes the smaller box if nothing is known of before."""
+    """In an overlap it takes the box in which it lies deeper if nothing is known of before."""
     regions = build_regions(graph=boxes_of([[0, 0, 0], [3, 0, 0]], [[5, 3, 3], [6, 3, 3]]), invalid=0.0)
-    way = [(1.0, 1.5, 1.5), (3.5, 1.5, 1.5), (3.6, 1.5, 1.5)]
+    way = [(1.0, 1.5, 1.5), (3.5, 1.5, 1.5), (4.0, 1.5, 1.5)]
     assert tags(regions, way) == [0, 0, 0]
     assert tags(regions, way, teleports=(2,)) == [0, 0, 1]
 
 
 def test_linked_neighbours_come_first() -> None:
-    """Of two boxes around a point, the one linked with the last region wins over a smaller one."""
+    """Of two boxes around a point, the one linked with the last region wins over one in which it lies deeper."""
     low, high = np.array([[0, 0, 0], [2, 0, 0], [2, 0, 0]], float), np.array([[2, 3, 3], [6, 3, 3], [4, 3, 3]], float)
     graph = dataclasses.replace(
         chain(low, high),
@@ -61,6 +61,15 @@ def test_a_region_holds_only_what_its_seed_reaches() -> None:
     state[0, 4:] = PointState.UNREACHABLE
     regions = dataclasses.replace(regions, points=dataclasses.replace(regions.points, state=state.ravel()))
     assert tags(regions, [(1.0, 2.0, 2.0), (3.0, 2.0, 2.0), (6.0, 2.0, 2.0), (9.0, 2.0, 2.0)]) == [0, 0, 1, 1]
+
+
+def test_it_goes_through_links_only() -> None:
+    """Where only an unlinked box holds it, the last region counts on for a metre."""
+    low, high = np.array([[0, 0, 0], [4, 0, 0]], float), np.array([[4, 3, 3], [8, 3, 3]], float)
+    empty = (np.empty((0, 2), np.int32), np.empty(0), np.empty((0, 3)))
+    graph = dataclasses.replace(chain(low, high), link=empty[0], link_area=empty[1], link_centre=empty[2])
+    regions = build_regions(graph=graph, invalid=0.0)
+    assert tags(regions, [(x, 1.5, 1.5) for x in (3.0, 4.5, 4.9, 5.1, 4.5)]) == [0, 0, 0, 1, 1]
 
 
 def test_outside_of_all_boxes_the_nearest_counts() -> None:
