@@ -68,11 +68,26 @@ class Round:
     weights: Float64Array
 
     def manifest(self, number: int) -> bool:
-        """Whether an injection came out as meant: defects too dark, sound spots dark and right."""
+        """Whether an injection came out as meant: defects too dark, seams with a step, sound spots dark and right."""
         value, truth = float(self.value[number]), float(self.truth[number])
         if self.placed[number].injection.cause is CauseKind.CREVICE:
             return abs(value - truth) < 0.1 and value < 0.45
+        if self.placed[number].injection.cause is CauseKind.SEAM and self._step(number) < 0.1:
+            return False
         return value < truth - 0.08
+
+    def _step(self, number: int) -> float:
+        """Largest difference between the spot's vertices and those of other objects there that look the same way."""
+        world, ao = self.result.world, self.result.field.ao[:, 0]
+        owner = int(world.face_object[self.face[number]])
+        others = np.ones(world.vertex_count, np.bool_)
+        others[world.first_vertex[owner] : world.first_vertex[owner + 1]] = False
+        step = 0.0
+        for vertex in world.faces[self.face[number]][self.weights[number] > 0.2].tolist():
+            near = others & np.all(np.abs(world.positions - world.positions[vertex]) < 1e-3, axis=1)
+            near &= world.normals @ world.normals[vertex] > 0.8
+            step = max(step, float(np.nanmax(np.abs(ao[near] - ao[vertex]), initial=0.0)))
+        return step
 
 
 def find_places(site: Site, random: np.random.Generator, most: int) -> Float64Array:

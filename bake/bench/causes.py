@@ -96,8 +96,10 @@ def judge_scene(path: Path, settings: BakeSettings, scale: float, placements: in
     site, places = site_of(path, settings, scale, random)
     wanted = dict.fromkeys(CauseKind, placements)
     outcomes: list[Outcome] = []
-    for made in _special_rounds(site, places, random, min(SPECIAL, placements)):
-        outcomes += _taken(judge_round(made, site.name), wanted)
+    special = min(SPECIAL, placements)
+    for made in _special_rounds(site, places, random, special):
+        part = dict.fromkeys(CauseKind, special)
+        outcomes += _taken(_taken(judge_round(made, site.name), part), wanted)
     for _ in range(MOST_ROUNDS):
         missing = [kind for kind, count in wanted.items() for _ in range(count)]
         if not missing or not len(places):

@@ -157,16 +157,17 @@ def buried(suspect: Suspect) -> Cause | None:
     """Samples that lie inside something, but count as valid, pull the value down."""
     evidence, heavy = suspect.evidence, suspect.evidence.heavy
     inside = inside_others(suspect)
-    here = float(evidence.front.from_behind.mean()) > BURIED and float(evidence.front.stopped.mean()) > 0.9
+    if not inside.any():
+        return None
     share = float(np.abs(heavy.weight[inside]).sum())
     rest = heavy.without(inside)
+    if not np.isfinite(rest):  # nothing else weighs: then it is what can be seen that they stand in for
+        rest = evidence.seen
+    here = float(evidence.front.from_behind.mean()) > BURIED and float(evidence.front.stopped.mean()) > 0.9
+    explained = (rest - evidence.value) / max(evidence.gap, GAP)
+    strength = certainty(evidence.gap, 0.5 * GAP, 1.5 * GAP) * certainty(explained, 0.2, 0.6)
     if here and share > 0.5:
-        explained, strength = 1.0, 0.9
-    elif not inside.any() or not np.isfinite(rest):
-        return None
-    else:
-        explained = (rest - evidence.value) / max(evidence.gap, GAP)
-        strength = certainty(evidence.gap, 0.5 * GAP, 1.5 * GAP) * certainty(explained, 0.2, 0.6)
+        strength = 0.9
     if strength <= 0.0:
         return None
     around = _surrounding(suspect, inside)
@@ -175,7 +176,7 @@ def buried(suspect: Suspect) -> Cause | None:
     text = (
         f"{percent(share)} of the value comes from {int(inside.sum())} samples inside {name}: "
         f"{percent(back)} of what their rays meet shows its back, yet counts, because it is two-sided. "
-        f"Without them AO would be {rest if np.isfinite(rest) else evidence.seen:.2f} instead of {evidence.value:.2f}."
+        f"Without them AO would be {rest:.2f} instead of {evidence.value:.2f}."
     )
     remedies: list[Remedy] = []
     if around >= 0 and suspect.world.face_two_sided[suspect.world.face_object == around].any():
@@ -189,11 +190,12 @@ def buried(suspect: Suspect) -> Cause | None:
 def inside_others(suspect: Suspect) -> BoolArray:
     """Heavy samples that see next to nothing but backs, and darkness, shape (h,)."""
     evidence, heavy = suspect.evidence, suspect.evidence.heavy
-    sees_backs = (heavy.from_behind > BURIED) & (heavy.stopped > 0.9)
-    # where the spot itself sees backs, as in levels of arbitrary winding, backs tell nothing
-    usual = float(evidence.front.from_behind.mean()) if evidence.seen > 0.2 else 0.0
+    sees_backs = (heavy.from_behind > BURIED) & (heavy.stopped > 0.9) & (heavy.covered < 0.3)
+    # where the spot itself sees backs, as in levels of arbitrary winding, backs tell less
+    usual = float((evidence.front.from_behind * evidence.front.stopped).mean()) if evidence.seen > 0.2 else 0.0
     darker = heavy.ao < evidence.seen - 0.15
-    return sees_backs & (heavy.from_behind > usual + 0.3) & darker
+    more = heavy.from_behind * heavy.stopped - usual
+    return sees_backs & darker & ((more > 0.3) | (heavy.hidden & (more > 0.1)))
 
 
 def leak(suspect: Suspect) -> Cause | None:
