@@ -111,8 +111,8 @@ class Regions:
         points: Their grid points.
         fitted: Each region's model as fitted to its own points; an absorbed region has its owner's.
         regularised: The models that an engine uses.
-        mismatch_before, mismatch_after: Shape (l, k), float32: |M_a(b) - M_b(b)| at each link, the largest over six
-            axis normals, of `fitted` and `regularised`.
+        mismatch_before, mismatch_after: Shape (l, k), float32: |M_a(b) - M_b(b)| at each link, AO cut off at 0 and 1,
+            the largest over six axis normals, of `fitted` and `regularised`.
         absorbed: Names of the regions that were absorbed and of those that took them up, in order.
         absorbed_error: Shape (absorbed, k), float32: RMSE that the absorption cost at the absorbed region's points.
         owner: Shape (r,), int32: the region whose model each one uses; its own number unless it was absorbed.

@@ -17,6 +17,9 @@ from bake.settings import BakeSettings
 RIDGE = 1e-4
 """Added to the mean square of each column but the constant's, in half extents of the region."""
 
+UNSEEN = 0.01
+"""How much a grid point without data counts as one that sees the mean, beside the points with data together."""
+
 UNDETERMINED = 1e-8
 """A column whose variance over the points is below this, in half extents squared, says nothing of its derivative."""
 
@@ -49,7 +52,9 @@ class GroupedPoints:
 
     def __init__(self, moments: Moments, minimum: Float64Array, maximum: Float64Array, owner: Int32Array) -> None:
         self._moments, self._owner = moments, owner
-        mass = box_volumes(minimum, maximum) * moments.count / GRID**3
+        volume = box_volumes(minimum, maximum)
+        self._volume_share = volume / self._together(volume)[owner]
+        mass = volume * moments.count / GRID**3
         self.mass = self._together(mass)
         self._share = mass / np.maximum(self.mass, 1e-300)[owner]
         self.count = self._together(moments.count)
@@ -63,15 +68,19 @@ class GroupedPoints:
     def fit(self, centre: Float64Array) -> Fit:
         """Least squares about centres, shape (r, 3); one factorisation serves all harmonics and distances.
 
-        Minimises Σ |v - M(p)|² + RIDGE · Σ |derivative|² with offsets in half extents. Columns without points on their
-        side, or with all of them at one coordinate, are left out: their derivative is zero.
+        Minimises the mean of |v - M(p)|² over the valid points, plus RIDGE · Σ |derivative|² with offsets in half
+        extents, plus UNSEEN · Σ |v_mean - M(q)|² / GRID³ over the points q of the grid that are not valid, v_mean the
+        mean of the valid ones. The latter keeps a slope that a few points in a corner suggest from running wild across
+        the box, and vanishes where all points are valid. Columns without points on their side, or with all of them at
+        one coordinate, are left out: their derivative is zero.
         """
         design, cross = self._moments.normal_equations(centre[self._owner], self.half[self._owner])
         design = self._together(self._share[:, None, None] * design)
         cross = self._together(self._share[:, None, None, None] * cross)
         square = self._moments.square / np.maximum(self._moments.count, 1.0)[:, None]
         square = self._together(self._share[:, None] * square)
-        coefficients, determined = solve(design, cross)
+        unseen = UNSEEN * self._moments.unseen(centre[self._owner], self.half[self._owner])
+        coefficients, determined = solve(design, cross, self._together(self._volume_share[:, None, None] * unseen))
         return Fit(coefficients, determined, squared_error(design, cross, square, coefficients))
 
     def _together(self, values: Float64Array) -> Float64Array:
@@ -81,8 +90,12 @@ class GroupedPoints:
         return sums
 
 
-def solve(design: Float64Array, cross: Float64Array) -> tuple[Float64Array, BoolArray]:
-    """Solves normal equations of shapes (r, 7, 7) and (r, 7, 9, k); see `GroupedPoints.fit`.
+def solve(design: Float64Array, cross: Float64Array, unseen: Float64Array) -> tuple[Float64Array, BoolArray]:
+    """Solves normal equations; see `GroupedPoints.fit`.
+
+    Args:
+        design, cross: Shapes (r, 7, 7) and (r, 7, 9, k): of the valid points.
+        unseen: Shape (r, 7, 7): of the others, that want the mean.
 
     Returns:
         Coefficients, shape (r, 7, 9, k), and which columns took part, shape (r, 7).
@@ -94,8 +107,9 @@ def solve(design: Float64Array, cross: Float64Array) -> tuple[Float64Array, Bool
     both = determined[:, :, None] & determined[:, None, :]
     ridge = np.where(determined, RIDGE, 1.0)
     ridge[:, 0] = np.where(determined[:, 0], 0.0, 1.0)
-    system = np.where(both, design, 0.0) + np.eye(PARAMETERS) * ridge[:, :, None]
-    right = np.where(determined[:, :, None, None], cross, 0.0)
+    system = np.where(both, design + unseen, 0.0) + np.eye(PARAMETERS) * ridge[:, :, None]
+    wanted = cross + unseen[:, :, :1, None] * cross[:, :1]
+    right = np.where(determined[:, :, None, None], wanted, 0.0)
     solution: Float64Array = np.linalg.solve(system, right.reshape(len(right), PARAMETERS, -1)).astype(np.float64)
     return solution.reshape(right.shape), determined
 

@@ -11,8 +11,13 @@ from bake.regions.evaluate import AXIS_NORMALS, harmonics
 
 
 def boundary_mismatch(models: RegionModels, graph: RegionGraph) -> Float32Array:
-    """|M_a(b) - M_b(b)| at the middle of each link's boundary, the largest over six axis normals, shape (l, k)."""
-    a, b = graph.link.T
-    apart = harmonics(models, a, graph.link_centre) - harmonics(models, b, graph.link_centre)
-    at_normals = np.einsum("nc,lck->lnk", spherical_harmonics.evaluate(AXIS_NORMALS), apart)
-    return np.abs(at_normals).max(axis=1, initial=0.0).astype(np.float32)
+    """|M_a(b) - M_b(b)| at the middle of each link's boundary, the largest over six axis normals, shape (l, k).
+
+    Of AO as it is shown, cut off at 0 and 1: how far something that crosses there would pop.
+    """
+    lobes = spherical_harmonics.evaluate(AXIS_NORMALS)
+    first, second = (
+        np.clip(np.einsum("nc,lck->lnk", lobes, harmonics(models, end, graph.link_centre)), 0.0, 1.0)
+        for end in graph.link.T
+    )
+    return np.abs(first - second).max(axis=1, initial=0.0).astype(np.float32)

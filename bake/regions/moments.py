@@ -61,6 +61,11 @@ class Moments:
         cross = columns @ self.cross.reshape(len(self.cross), _INDICATORS, -1) / total[:, None, None]
         return design, cross.reshape(len(cross), PARAMETERS, *self.cross.shape[2:])
 
+    def unseen(self, centre: Float64Array, half: Float64Array) -> Float64Array:
+        """Sums of the products of the columns over the grid points that are not valid, over GRID³, shape (r, 7, 7)."""
+        columns = self._columns(centre, half)
+        return columns @ (_whole_grid() - self.design) @ np.swapaxes(columns, 1, 2) / GRID**3
+
     def centre_of_mass(self) -> Float64Array:
         """Mean position of the valid points, shape (r, 3); the middle of the grid without any."""
         levels = np.diagonal(self.design, axis1=1, axis2=2)[:, 1:].reshape(-1, 3, GRID)
@@ -78,6 +83,13 @@ class Moments:
             columns[:, 1 + 2 * axis, here] = np.maximum(offsets[:, axis], 0.0)
             columns[:, 2 + 2 * axis, here] = np.minimum(offsets[:, axis], 0.0)
         return columns
+
+
+def _whole_grid() -> Float64Array:
+    """`Moments.design` of a region whose points are all valid."""
+    design = np.zeros((1, _INDICATORS, _INDICATORS))
+    _sum_design(np.ones((1, GRID, GRID, GRID)), design)
+    return design[0]
 
 
 def squared_error(

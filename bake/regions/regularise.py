@@ -17,6 +17,7 @@ from bake.regions.gram import box_gram, box_volumes, group_boxes
 from bake.regions.mismatch import boundary_mismatch
 
 _SPHERE = 4.0 * math.pi
+_UNKNOWN = 1e-3  # weight of the fit of a region without points
 _UNSEEN = 1e-12  # of the largest eigenvalue: less is rounding
 _LARGEST_LOBE = 9.0 / _SPHERE  # Σ Y² of the nine functions, the same in every direction: bounds AO by coefficients
 
@@ -51,7 +52,8 @@ def regularise(
     |M|² is the mean square of AO over the region's box and over all normals, summed over the distances, plus the fit's
     ridge on the derivatives: in half extents of the region, so that it means the same in a closet and in a hall. w_ij
     is the area of their boundary over the area of all of i's boundaries, so that β has no unit and depends on no scale;
-    a link counts from both of its ends. Derivatives that no point determined stay zero.
+    a link counts from both of its ends. Derivatives that no point determined stay zero; a region without any point has
+    no fit to keep to, so that its first term counts next to nothing and its model becomes what suits its neighbours.
 
     A step sets one region to its minimum while its neighbours stand still, so that E never rises; regions that share no
     link are set side by side. E is a strictly convex quadratic: the descent converges to its minimum.
@@ -101,7 +103,10 @@ class _Descent:
         self._half = group_boxes(graph.minimum, graph.maximum, owner)[1]
         self._free = np.unpackbits(models.terms[:, None], axis=1, count=PARAMETERS, bitorder="little").astype(np.bool_)
         self._free[:, 0] = True
+        unknown = models.terms == 0
+        self._free[unknown] = True
         self._root = _whitening(models, graph, owner, self._half, self._free)
+        self._root[unknown] *= math.sqrt(_UNKNOWN)
         self._lengths = np.ones((len(graph), PARAMETERS))
         self._lengths[:, 1:] = np.repeat(self._half, 2, axis=1)
         parameters = models.coefficients.reshape(len(graph), PARAMETERS, -1) * self._lengths[:, :, None]

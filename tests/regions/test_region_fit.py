@@ -9,7 +9,7 @@ from bake import spherical_harmonics
 from bake.region_types import GRID, CentreKind, PointState, RegionGraph, RegionPoints
 from bake.regions.empty import OPEN
 from bake.regions.evaluate import AXIS_NORMALS, basis, evaluate
-from bake.regions.fit import RIDGE, fit_regions, solve
+from bake.regions.fit import RIDGE, UNSEEN, fit_regions, solve
 from bake.regions.grid import grid_positions
 from bake.regions.moments import sum_points
 from bake.settings import BakeSettings
@@ -30,14 +30,19 @@ def slopes(value: float, along: np.ndarray, *, distances: int = 2):
 
 
 def plain_fit(points: RegionPoints, graph: RegionGraph, region: int, centre: np.ndarray) -> np.ndarray:
-    """The model of one region by stacking a row a point, ridge rows included."""
+    """The model of one region by stacking a row a point: with data, without, and the ridge's."""
     of = points.traced // GRID**3 == region
     use = of & (points.state[points.traced] == PointState.VALID)
     half = 0.5 * (graph.maximum - graph.minimum)[region]
     rows = basis((grid_positions(graph)[points.traced[use]] - centre) / half)
     ridge = np.sqrt(RIDGE * len(rows)) * np.eye(7)[1:]
-    right = np.concatenate([points.sh[use].reshape(len(rows), -1), np.zeros((6, 9 * points.sh.shape[2]))])
-    found = np.linalg.lstsq(np.concatenate([rows, ridge]), right, rcond=None)[0].reshape(7, 9, -1)
+    values = points.sh[use].reshape(len(rows), -1).astype(np.float64)
+    others = np.setdiff1d(np.arange(region * GRID**3, (region + 1) * GRID**3), points.traced[use])
+    weight = np.sqrt(UNSEEN / GRID**3 * len(rows))
+    empty = weight * basis((grid_positions(graph)[others] - centre) / half)
+    wanted = weight * np.tile(values.mean(axis=0), (len(others), 1))
+    right = np.concatenate([values, wanted, np.zeros((6, values.shape[1]))])
+    found = np.linalg.lstsq(np.concatenate([rows, empty, ridge]), right, rcond=None)[0].reshape(7, 9, -1)
     found[1:] /= np.repeat(half, 2)[:, None, None]
     return found
 
@@ -98,7 +103,7 @@ def test_centre_of_mass_is_chosen() -> None:
     models = fit_regions(points_of(graph, field, valid=valid), graph, SETTINGS)
     assert models.centre_kind[0] == CentreKind.MASS
     np.testing.assert_allclose(models.centre[0], kink)
-    assert models.rmse.max() < 2e-3
+    assert models.rmse.max() < 0.03  # seven of eight grid points are not valid and want the mean
 
 
 def test_optimised_centre() -> None:
@@ -169,12 +174,12 @@ def test_one_sided_points() -> None:
     """Points on one side of the middle determine that side alone, or a centre among them both."""
     chosen = np.argwhere(np.ones((3, GRID, GRID), bool))
     graph, _, models = one_box_with(chosen, ALONG)
-    assert models.rmse.max() < 1e-4
+    assert models.rmse.max() < 3e-3
     value = evaluate(models, 0, graph.minimum, [0.0, 1.0, 0.0])[0, 0]
-    assert value == pytest.approx(0.5 + graph.minimum[0] @ ALONG, abs=2e-3)
+    assert value == pytest.approx(0.5 + graph.minimum[0] @ ALONG, abs=0.01)
     design = np.eye(7)[None].copy()
     design[0, 2, 2] = 0.0
-    _, determined = solve(design, np.ones((1, 7, 9, 1)))
+    _, determined = solve(design, np.ones((1, 7, 9, 1)), np.zeros((1, 7, 7)))
     assert determined[0].tolist() == [True, True, False, True, True, True, True]
 
 
@@ -234,3 +239,19 @@ def test_points_at_a_threshold_of_validity_count_not() -> None:
     assert moments.count.tolist() == [GRID**3 / 2]
     fewer = points_of(graph, random_field(1), valid=points.state == PointState.VALID)
     np.testing.assert_allclose(sum_points(fewer, graph).cross, moments.cross, atol=1e-12)
+
+
+def test_a_slope_in_a_corner_does_not_run_wild() -> None:
+    """A few points in one corner of a large box suggest a steep slope; across the box it stays within bounds."""
+    low = np.zeros((1, 3))
+    graph = chain(low, low + 60.0)
+    valid = np.zeros((GRID, GRID, GRID), bool)
+    valid[6:, :3, :2] = True
+    along = np.array([0.0, 0.02, 0.0])
+    points = points_of(graph, slopes(0.4, along), valid=valid.ravel())
+    models = fit_regions(points, graph, SETTINGS)
+    there = evaluate(models, 0, grid_positions(graph)[points.traced], [0.0, 1.0, 0.0])[:, 0]
+    np.testing.assert_allclose(there, 0.4 + grid_positions(graph)[points.traced] @ along, atol=0.08)
+    corners = np.stack(np.meshgrid(*[[0.0, 60.0]] * 3), axis=-1).reshape(-1, 3)
+    values = evaluate(models, 0, corners, [0.0, 1.0, 0.0], clamp=False)
+    assert -0.1 < values.min() < values.max() < 1.3
