@@ -40,11 +40,12 @@ def spot_columns(spots: Spots, paths: tuple[str, ...]) -> list[Column]:
     ]
 
 
-def spot_marks(world: World, spots: Spots, chosen: int = -1) -> OverlayPoints:
+def spot_marks(world: World, spots: Spots, chosen: int = -1, *, everything: bool = True) -> OverlayPoints:
     """The vertices of all spots by their spot's severity; those of the chosen one in a colour of their own."""
     owner = np.repeat(np.arange(len(spots)), np.diff(spots.first))
     step = max(1, -(-len(owner) // MOST_POINTS))
-    shown = np.unique(np.concatenate((np.arange(0, len(owner), step), np.flatnonzero(owner == chosen))))
+    all_of_them = np.arange(0, len(owner) if everything else 0, step)
+    shown = np.unique(np.concatenate((all_of_them, np.flatnonzero(owner == chosen))))
     colors = WARNING.colors(spots.severity[owner[shown]], 0.0, 1.0)
     colors[owner[shown] == chosen] = CHOSEN_COLOR
     positions = np.asarray(world.positions)[spots.members[shown]].astype(np.float32)
@@ -61,7 +62,7 @@ def spot_view(world: World, spots: Spots, spot: int) -> tuple[Float64Array, Floa
     normal = np.asarray(world.normals[vertex], np.float64)
     length = float(np.linalg.norm(normal))
     outward = normal / length if length > 0.5 else np.array([0.0, 1.0, 0.0])
-    return np.asarray(world.positions[vertex], np.float64), outward, max(4.0 * float(spots.radius[spot]), 1.0)
+    return np.asarray(world.positions[vertex], np.float64), outward, max(5.0 * float(spots.radius[spot]), 2.0)
 
 
 def sign_names() -> tuple[str, ...]:

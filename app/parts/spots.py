@@ -21,6 +21,7 @@ from viewer.spot_rows import spot_marks, spot_view
 PANEL = "Spots"
 _MARKS = "spots"
 _PIXELS = 6.0
+_TOO_NEAR = 0.4
 
 logger = logging.getLogger(__name__)
 
@@ -84,9 +85,11 @@ class SpotsPart(Part):
             pick = Pick(first + face, weights, tuple(point.tolist()), distance)  # type: ignore[arg-type]
             self.bench.readouts.click(pick)
         main = self.bench.area.main
-        side = outward + 0.35 * main.camera.up + 0.25 * main.camera.right
-        start = point + 1e-3 * distance * outward
-        eye = free_eye(self.bench.picker, start, point + side / float(np.linalg.norm(side)) * distance)
+        side = outward + 0.5 * main.camera.up + 0.35 * main.camera.right
+        wanted = point + side / float(np.linalg.norm(side)) * distance
+        eye = free_eye(self.bench.picker, point + 0.02 * distance * outward, wanted)
+        if float(np.linalg.norm(eye - point)) < _TOO_NEAR * distance:
+            eye = wanted  # what buries the spot is worth seeing too
         main.navigation.fly_to(looking(main.camera, eye, point))
         self._mark()
 
@@ -137,8 +140,9 @@ class SpotsPart(Part):
 
     def _mark(self) -> None:
         world, spots = self.bench.document.world, self.spots
-        wanted = self.table.marks.isChecked() and world is not None and spots is not None
-        marks = spot_marks(world, spots, self.table.chosen()) if wanted and world and spots else None
+        chosen, marks = self.table.chosen(), None
+        if world is not None and spots is not None and (self.table.marks.isChecked() or chosen >= 0):
+            marks = spot_marks(world, spots, chosen, everything=self.table.marks.isChecked())
         for viewport in self.bench.area.viewports:
             viewport.set_points(_MARKS, marks, _PIXELS)
 
