@@ -77,14 +77,11 @@ class Round:
         return value < truth - 0.08
 
     def _step(self, number: int) -> float:
-        """Largest difference between the spot's vertices and those of other objects there that look the same way."""
+        """Largest difference between the spot's vertices and others at the same place that look the same way."""
         world, ao = self.result.world, self.result.field.ao[:, 0]
-        owner = int(world.face_object[self.face[number]])
-        others = np.ones(world.vertex_count, np.bool_)
-        others[world.first_vertex[owner] : world.first_vertex[owner + 1]] = False
         step = 0.0
         for vertex in world.faces[self.face[number]][self.weights[number] > 0.2].tolist():
-            near = others & np.all(np.abs(world.positions - world.positions[vertex]) < 1e-3, axis=1)
+            near = np.all(np.abs(world.positions - world.positions[vertex]) < 1e-3, axis=1)
             near &= world.normals @ world.normals[vertex] > 0.8
             step = max(step, float(np.nanmax(np.abs(ao[near] - ao[vertex]), initial=0.0)))
         return step

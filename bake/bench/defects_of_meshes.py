@@ -189,3 +189,75 @@ def wrong_offset(random: Random) -> Injection:
         (0.0, 1.0, 0.0),
         {"Slab": {"offset": 0.0}},
     )
+
+
+def turned_patch(random: Random) -> Injection:
+    """A closed body of which a part is wound against its normals and its neighbours."""
+    radius, high = random.uniform(0.25, 0.38), random.uniform(0.7, 1.1)
+    body = shaded(ball(4, radius, 0.5 * high, radius).moved(0.0, 0.45 * high, 0.0), 80.0)
+    middle = body.positions[body.faces].mean(axis=1)
+    patch = middle[:, 0] > random.uniform(-0.2, 0.3) * radius
+    faces = np.where(patch[:, None], body.faces[:, ::-1], body.faces)
+    away = np.abs(body.positions[:, 1] - 0.5 * high) + 0.3 * np.abs(body.positions[:, 2])
+    away[body.normals[:, 0] < 0.8] = np.inf
+    spot = int(np.argmin(away))
+    x, y, z = body.positions[spot].tolist()
+    a, b, c = body.normals[spot].astype(float).tolist()
+    return Injection(
+        CauseKind.AGAINST_FACE,
+        "part of a ball",
+        {"Plinth": Prop(plinth()), "Body": Prop(Shaded(body.positions, body.normals, faces))},
+        "Body",
+        (x, y, z),
+        (a, b, c),
+        {"Body": {"winding": "normals"}},
+    )
+
+
+def hidden_ridge(random: Random) -> Injection:
+    """A long prism that shows only its ridge above a solid with a dark hollow."""
+    top, shows = random.uniform(0.55, 0.75), random.uniform(0.015, 0.03)
+    outside = block((-0.6, -0.01, -0.6), (0.6, top, 0.6), 0.2)
+    hollow = block((-0.5, 0.03, -0.5), (0.5, 0.3, 0.5), 0.2).flipped()
+    long, wide, ridge = random.uniform(0.2, 0.35), random.uniform(0.3, 0.42), top + shows
+    corners = [(-long, 0.06, -wide), (-long, 0.06, wide), (-0.8 * long, ridge, 0.0)]
+    corners += [(long, 0.06, -wide), (long, 0.06, wide), (0.8 * long, ridge, 0.0)]
+    faces = [(0, 1, 2), (3, 5, 4), (1, 4, 5), (1, 5, 2), (0, 2, 5), (0, 5, 3), (0, 3, 4), (0, 4, 1)]
+    prism = Solid(np.array(corners), np.array(faces, np.int32))
+    return Injection(
+        CauseKind.STARVED,
+        "ridge of a prism",
+        {
+            "Plinth": Prop(plinth()),
+            "Drum": Prop(shaded(joined(outside, hollow))),
+            "Prism": Prop(shaded(prism, 170.0)),
+        },
+        "Prism",
+        (random.uniform(-0.5, 0.5) * long, ridge, 0.0),
+        (0.0, 1.0, 0.0),
+        {"Prism": {"samples": 1024}},
+    )
+
+
+def split_plate(random: Random) -> Injection:
+    """One object whose halves meet with a gap far below a millimetre, the second under a canopy."""
+    zs, deep = steps(-0.6, 0.6, random.uniform(0.12, 0.25)), random.uniform(0.5, 0.72)
+    first = lattice([-deep, 0.0], [-0.01, 0.12], zs)
+    second = lattice([0.0, deep], [-0.01, 0.12], zs).moved(random.uniform(2e-5, 8e-5), 0.0, 0.0)
+    over = random.uniform(0.2, 0.28)
+    canopy = [block((0.0, over, -0.7), (0.8, over + 0.25, 0.7), 0.15)]
+    canopy += [block((0.72, -0.01, -0.7), (0.8, over, 0.7), 0.2)]
+    canopy += [block((0.02, -0.01, z), (0.77, over, z + 0.08), 0.2) for z in (-0.7, 0.62)]
+    return Injection(
+        CauseKind.SEAM,
+        "halves of one plate",
+        {
+            "Plinth": Prop(plinth()),
+            "Plate": Prop(shaded(joined(first, second))),
+            "Canopy": Prop(shaded(joined(*canopy))),
+        },
+        "Plate",
+        (0.005, 0.12, random.uniform(-0.4, 0.4)),
+        (0.0, 1.0, 0.0),
+        {"Plate": {"weld": True}},
+    )

@@ -149,6 +149,27 @@ def sheet_before_board(random: Random) -> Injection:
     )
 
 
+def awning(random: Random) -> Injection:
+    """A horizontal sheet whose faces show down to a table top just below; people look at its upper side."""
+    gap, wide, deep = random.uniform(0.02, 0.06), random.uniform(0.4, 0.6), random.uniform(0.3, 0.5)
+    low = random.uniform(0.3, 0.7)
+    cloth = flat(-wide, wide, -deep, deep, low + gap, int(random.integers(4, 10))).flipped()
+    table = block((-0.65, -0.01, -0.6), (0.65, low, 0.6), 0.2)
+    return Injection(
+        CauseKind.SHEET,
+        "cloth over a table",
+        {
+            "Plinth": Prop(plinth()),
+            "Cloth": Prop(with_normal(cloth, (0.0, -1.0, 0.0)), two_sided=True),
+            "Table": Prop(shaded(table)),
+        },
+        "Cloth",
+        (random.uniform(-0.3, 0.3) * wide, low + gap, random.uniform(-0.3, 0.3) * deep),
+        (0.0, 1.0, 0.0),
+        {"Cloth": {"winding": "flipped"}},
+    )
+
+
 def leak_under_wall(random: Random) -> Injection:
     """A floor of large faces that run on under a thin wall into a dark hut."""
     cell = random.uniform(0.45, 0.6)

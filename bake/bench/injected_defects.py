@@ -7,15 +7,19 @@ from collections.abc import Callable
 import numpy as np
 
 from bake.bench.defects_of_meshes import (
+    hidden_ridge,
     hidden_spike,
     leaning_normals,
     leaning_side,
     mirrored,
     needles,
+    split_plate,
     split_tiles,
+    turned_patch,
     wrong_offset,
 )
 from bake.bench.defects_of_placement import (
+    awning,
     buried_panel,
     buried_post,
     covered_slab,
@@ -33,14 +37,14 @@ Make = Callable[[np.random.Generator], Injection]
 MAKERS: dict[CauseKind, tuple[Make, ...]] = {
     CauseKind.BURIED: (buried_post, buried_panel),
     CauseKind.BELOW_PLANE: (leaning_normals, leaning_side),
-    CauseKind.AGAINST_FACE: (mirrored,),
+    CauseKind.AGAINST_FACE: (mirrored, turned_patch),
     CauseKind.TWIN: (doubled_banner, covered_slab),
-    CauseKind.STARVED: (hidden_spike,),
+    CauseKind.STARVED: (hidden_spike, hidden_ridge),
     CauseKind.OVERSHOOT: (needles,),
-    CauseKind.SEAM: (split_tiles,),
+    CauseKind.SEAM: (split_tiles, split_plate),
     CauseKind.SHELL: (shell_around,),
     CauseKind.UNIT: (wrong_offset,),
-    CauseKind.SHEET: (sheet_before_board, leak_under_wall),
+    CauseKind.SHEET: (sheet_before_board, awning, leak_under_wall),
     CauseKind.CREVICE: SOUND,
 }
 

@@ -102,6 +102,29 @@ def drum_on_ground(random: Random) -> Injection:
     return _sound("drum on the ground", {"Slab": slab, "Drum": lying}, "Slab", spot, (0.0, 1.0, 0.0))
 
 
+def pile(random: Random) -> Injection:
+    """Crates heaped on each other, partly in each other, as levels have them."""
+    crates: list[Solid] = []
+    for _ in range(int(random.integers(5, 9))):
+        half = random.uniform(0.12, 0.25, 3)
+        crate = block(tuple(-half), tuple(half), 0.06)
+        turn, tilt = random.uniform(0.0, np.pi), random.uniform(-0.3, 0.3)
+        about_y = np.array([[np.cos(turn), 0, np.sin(turn)], [0, 1, 0], [-np.sin(turn), 0, np.cos(turn)]])
+        about_x = np.array([[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]])
+        place = np.append(random.uniform(-0.3, 0.3, 2), random.uniform(0.1, 0.6))[[0, 2, 1]]
+        crates.append(Solid(crate.positions @ (about_y @ about_x).T + place, crate.faces))
+    chosen = crates[0]
+    middles = chosen.positions[chosen.faces].mean(axis=1)
+    face = int(random.choice(np.flatnonzero(middles[:, 1] > 0.02)))
+    a, b, c = chosen.positions[chosen.faces[face]]
+    normal = np.cross(b - a, c - a)
+    x, y, z = middles[face].tolist()
+    up, out, along = (normal / np.linalg.norm(normal)).tolist()
+    return _sound(
+        "pile of crates", {"First": chosen, "Others": joined(*crates[1:])}, "First", (x, y, z), (up, out, along)
+    )
+
+
 def _sound(
     variant: str,
     solids: dict[str, Solid],
@@ -149,4 +172,5 @@ SOUND: tuple[Callable[[Random], Injection], ...] = (
     under_stairs,
     tray,
     drum_on_ground,
+    pile,
 )
