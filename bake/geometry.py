@@ -122,3 +122,25 @@ def face_normals(positions: Float64Array, faces: NDArray[np.integer]) -> tuple[F
 def as_traced(positions: Float64Array) -> Float32Array:
     """What tracers see: recentred metres rounded to float32. Samples lie on these, not on the originals."""
     return np.ascontiguousarray(positions, dtype=np.float32)
+
+
+def shading_normals(
+    corner_normals: NDArray[np.floating], weights: Float64Array, face_normal: Float64Array
+) -> Float64Array:
+    """Interpolated unit normals, shape (n, 3), of corner normals turned to the face's side first.
+
+    NVIDIA's sample does the same: a normal from the other side would otherwise cancel its neighbours. Where normals
+    cancel all the same, they say nothing about the surface, and the face's own serves.
+
+    Args:
+        corner_normals: Shape (n, 3, 3); zero where unknown, which the face's own replaces.
+        weights: Shape (n, 3), barycentric.
+        face_normal: Shape (n, 3), unit; zero for faces without area.
+    """
+    corners = corner_normals.astype(np.float64)
+    missing = np.einsum("ijk,ijk->ij", corners, corners) == 0.0
+    corners = np.where(missing[:, :, None], face_normal[:, None, :], corners)
+    away = np.einsum("ijk,ik->ij", corners, face_normal) < 0.0
+    smooth = np.einsum("ij,ijk->ik", weights, np.where(away[:, :, None], -corners, corners))
+    length = np.linalg.norm(smooth, axis=1, keepdims=True)
+    return np.where(length > 1e-3, smooth / np.maximum(length, 1e-3), face_normal)

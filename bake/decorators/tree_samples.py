@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from bake.arrays import Float32Array, Float64Array, Int32Array
-from bake.geometry import as_traced, face_normals
+from bake.geometry import as_traced, face_normals, shading_normals
 from bake.low_discrepancy import hash_u32, owen_sobol
 from bake.scene_types import Mesh
 from bake.types import SampleSet, World
@@ -102,23 +103,6 @@ def place(samples: MeshSamples, mesh: Mesh, world: World, number: int) -> Placed
     return PlacedSamples(face, weights, points, normals, area)
 
 
-def shading_normals(corner_normals: Float32Array, weights: Float64Array, face_normal: Float64Array) -> Float64Array:
-    """Interpolated unit normals of corner normals turned to the face's side first, as the tracers see them.
-
-    Args:
-        corner_normals: Shape (n, 3, 3); zero where unknown.
-        weights: Shape (n, 3).
-        face_normal: Shape (n, 3), unit; zero for faces without area.
-    """
-    corners = corner_normals.astype(np.float64)
-    missing = np.einsum("ijk,ijk->ij", corners, corners) == 0.0
-    corners = np.where(missing[:, :, None], face_normal[:, None, :], corners)
-    away = np.einsum("ijk,ik->ij", corners, face_normal) < 0.0
-    smooth = np.einsum("ij,ijk->ik", weights, np.where(away[:, :, None], -corners, corners))
-    length = np.linalg.norm(smooth, axis=1, keepdims=True)
-    return np.where(length > 1e-3, smooth / np.maximum(length, 1e-3), face_normal)
-
-
 def as_sample_set(placed: PlacedSamples, world: World, seed: int) -> SampleSet:
     """The samples of one instance in the form that tracers take."""
     order = np.arange(len(placed.face), dtype=np.int64)
@@ -133,6 +117,9 @@ def as_sample_set(placed: PlacedSamples, world: World, seed: int) -> SampleSet:
     )
 
 
+@lru_cache(maxsize=2)  # a fit and its check, for one tree after the other of a world with millions of faces
 def _face_seeds(face_count: int, seed: int) -> np.ndarray[tuple[int], np.dtype[np.uint32]]:
     with np.errstate(over="ignore"):
-        return hash_u32(np.arange(face_count, dtype=np.uint32) + hash_u32(np.full(1, seed, np.uint32)))
+        seeds = hash_u32(np.arange(face_count, dtype=np.uint32) + hash_u32(np.full(1, seed, np.uint32)))
+    seeds.flags.writeable = False
+    return seeds

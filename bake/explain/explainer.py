@@ -15,12 +15,11 @@ from bake.explain.retrace import trace_again, tracer_like
 from bake.explain.shares import carried_from, roll_up
 from bake.explain.spot import face_spot, nearest_spot, vertex_spot
 from bake.explain.types import Explanation, Held, Spot, WeighedSamples
-from bake.geometry import as_traced, face_normals
+from bake.geometry import as_traced, face_normals, shading_normals
 from bake.setting_fields import option_name
 from bake.settings import BakeSettings
 from bake.solve import VertexMapper
 from bake.trace import Tracer
-from bake.trace.brute import shading_normals
 from bake.types import BakeResult, BoolArray, Float64Array, Int64Array, VertexField
 
 UNTRACED = 2e-4
@@ -175,7 +174,7 @@ class Explainer:
             weight=weight,
             ao=self.result.tally.ao[index],
             position=position,
-            normal=shading_normals(world, face, barycentric, normals),
+            normal=shading_normals(world.normals[world.faces[face]], barycentric, normals),
             face=face,
             object=world.face_object[face],
             distance=np.linalg.norm(position - spot.position, axis=1),

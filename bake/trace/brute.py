@@ -291,7 +291,7 @@ def drawn_rays(world: World, samples: SampleSet, batch: slice, rays: int) -> Dra
     lift += np.array([keys.offset or 0.0 for keys in world.object_keys])[world.face_object[face]]
     origin = (point + lift[:, None] * normal).astype(np.float32).astype(np.float64)
 
-    shading = shading_normals(world, face, weights, normal)
+    shading = geometry.shading_normals(world.normals[world.faces[face]], weights, normal)
     index = samples.index[batch, None].astype(np.int64) * rays + np.arange(rays)
     seed = np.repeat(samples.face_seed[face], rays)
     u, v = owen_sobol(index.ravel(), seed)
@@ -299,18 +299,3 @@ def drawn_rays(world: World, samples: SampleSet, batch: slice, rays: int) -> Dra
     return DrawnRays(
         np.repeat(origin, rays, axis=0), directions, np.repeat(normal, rays, axis=0), thresholds(index.ravel(), seed)
     )
-
-
-def shading_normals(world: World, face: np.ndarray, weights: Float64Array, face_normal: Float64Array) -> Float64Array:
-    """Interpolated unit normals, shape (n, 3), of corner normals turned to the face's side first.
-
-    NVIDIA's sample does the same: a normal from the other side would otherwise cancel its neighbours.
-    """
-    corners = world.normals[world.faces[face]].astype(np.float64)
-    missing = np.einsum("ijk,ijk->ij", corners, corners) == 0.0
-    corners = np.where(missing[:, :, None], face_normal[:, None, :], corners)
-    away = np.einsum("ijk,ik->ij", corners, face_normal) < 0.0
-    corners = np.where(away[:, :, None], -corners, corners)
-    smooth = np.einsum("ij,ijk->ik", weights, corners)
-    length = np.linalg.norm(smooth, axis=1, keepdims=True)
-    return np.where(length > 1e-3, smooth / np.maximum(length, 1e-3), face_normal)
