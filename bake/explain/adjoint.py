@@ -155,19 +155,32 @@ class Adjoint:
         effect[:, distance] = coefficient * self.values[held, distance]
         return self._gathered(column, unknowns[mean], shares[mean], held, effect)
 
+    def reach(self, unknowns: Int64Array, shares: Float64Array, tolerance: float) -> Int64Array:
+        """The unknowns whose right-hand sides matter to a weighted mean of unknowns, sorted; arguments as `weights`."""
+        mean = self.averaged[unknowns]
+        return np.union1d(unknowns, self._column(unknowns[~mean], shares[~mean], tolerance).unknowns)
+
+    def rings(self, unknowns: Int64Array, count: int) -> Int64Array:
+        """The unknowns within `count` faces of some, sorted."""
+        for _ in range(count):
+            unknowns = np.unique(self.surface.corners[self.faces_around(unknowns)])
+        return unknowns
+
     def faces_around(self, unknowns: Int64Array) -> Int64Array:
         """Rows of `Surface.corners` of the faces that touch some unknowns, sorted."""
-        place, _ = _entries(self._around.indptr, unknowns)
-        return np.unique(self._around.indices[place]).astype(np.int64)
+        return np.unique(self._around.indices[_entries(self._around.indptr, unknowns)]).astype(np.int64)
 
-    def samples_on(self, rows: Int64Array) -> Int64Array:
-        """The valid samples on some faces, given as rows of `Surface.corners`, sorted; shape (n,), int64."""
+    def all_samples_on(self, rows: Int64Array) -> Int64Array:
+        """The samples on some faces, given as sorted rows of `Surface.corners`, valid or not; sorted, shape (n,)."""
         face = self._receiving[rows]
         begin = np.searchsorted(self._samples.face, face)
-        end = np.searchsorted(self._samples.face, face, side="right")
-        count = end - begin
-        every = np.repeat(begin - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
-        return every[self._valid[every]].astype(np.int64)
+        count = np.searchsorted(self._samples.face, face, side="right") - begin
+        return (np.repeat(begin - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))).astype(np.int64)
+
+    def samples_on(self, rows: Int64Array) -> Int64Array:
+        """The valid ones of them."""
+        every = self.all_samples_on(rows)
+        return every[self._valid[every]]
 
     def _column(
         self, unknowns: Int64Array, shares: Float64Array, tolerance: float, fixed: BoolArray | None = None
@@ -210,11 +223,11 @@ class Adjoint:
         return sample, area * np.einsum("ij,ij->i", phi, at_corner)
 
 
-def _entries(start: np.ndarray, rows: Int64Array) -> tuple[Int64Array, Int64Array]:
-    """Places of the entries of some rows of a compressed matrix, and how many each row has."""
+def _entries(start: np.ndarray, rows: Int64Array) -> Int64Array:
+    """Places of the entries of some rows of a compressed matrix."""
     begin = start[rows].astype(np.int64)
     count = start[rows + 1] - begin
-    return np.repeat(begin - (np.cumsum(count) - count), count) + np.arange(int(count.sum())), count
+    return np.repeat(begin - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
 
 
 def _faces_around(corners: Int64Array, unknowns: int) -> csr_array:

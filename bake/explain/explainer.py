@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
+from collections.abc import Generator
 from types import TracebackType
 from typing import Self
 
@@ -11,22 +12,29 @@ import numpy as np
 
 from bake.errors import SettingsError
 from bake.explain.adjoint import Adjoint, Weights
+from bake.explain.counterfactual import drained, surface_without
+from bake.explain.local_solve import LocalSolver
 from bake.explain.retrace import trace_again, tracer_like
 from bake.explain.shares import carried_from, roll_up
 from bake.explain.spot import face_spot, nearest_spot, vertex_spot
-from bake.explain.types import Explanation, Held, Spot, WeighedSamples
+from bake.explain.types import Explanation, Held, Spot, SpotWithout, SurfaceWithout, WeighedSamples
+from bake.explain.without import Without
 from bake.geometry import as_traced, face_normals, shading_normals
 from bake.setting_fields import option_name
 from bake.settings import BakeSettings
 from bake.solve import VertexMapper
+from bake.solve.prior import SceneScatter
 from bake.trace import Tracer
-from bake.types import BakeResult, BoolArray, Float64Array, Int64Array, VertexField
+from bake.types import BakeResult, BoolArray, Float64Array, Int64Array, Progress, VertexField
 
 UNTRACED = 2e-4
 """Samples are traced again until those that are not weigh less than this together."""
 
 MOST_TRACED = 8192
 """And at most so many, the heaviest first."""
+
+FEW = 0.005
+"""Share of the scene's faces that an object may change without changing what is known of the scene's noise."""
 
 MOST_HELD = 32
 """Held vertices that an explanation lists."""
@@ -64,6 +72,17 @@ class Explainer:
             self.field = self.mapper.solve(result.tally.ao, self.valid)
         self.adjoint = Adjoint(self.mapper, result.samples, result.tally.ao, self.valid, self.field, self.settings)
         self._tracer: Tracer | None = None
+        self._solver: LocalSolver | None = None
+        self._scatter: dict[int, SceneScatter] = {}  # of the scene without an object, once that is known
+        self._seen_by: dict[int, float] = {}  # share of the scene's faces that an object changes
+
+    @property
+    def solver(self) -> LocalSolver:
+        """What solves for the surroundings of a spot again, made when it is first needed."""
+        if self._solver is None:
+            result = self.result
+            self._solver = LocalSolver(self.mapper, result.samples, result.tally, self.adjoint, self.settings)
+        return self._solver
 
     @property
     def tracer(self) -> Tracer:
@@ -130,6 +149,55 @@ class Explainer:
             retrace_error=float(apart.max(initial=0.0)),
             seconds=time.perf_counter() - begin,
         )
+
+    def spot_without(self, spot: Spot, wanted: int) -> SpotWithout:
+        """The value of a spot if an object did not cast.
+
+        Args:
+            spot: As in `Explanation.spot`.
+            wanted: Index into `World.object_paths`; it goes on receiving.
+
+        Raises:
+            InputError: no such object.
+        """
+        begin = time.perf_counter()
+        scene = Without(self.result, self.tracer, wanted)
+        unknowns, shares = self._unknowns(spot)
+        before: Float64Array = shares @ self.adjoint.values[unknowns]
+        if not scene.casts:
+            return SpotWithout(wanted, before, before, 0, 0, 0, is_estimate=False, seconds=time.perf_counter() - begin)
+        scatter = self._scatter.get(wanted)
+        found = self.solver.value(unknowns, shares, scene.tally, scatter)
+        if scatter is None and wanted not in self._seen_by:
+            self._seen_by[wanted] = self.solver.survey(scene.tally)
+        threshold = self.settings.back_face_threshold
+        now, then = found.tally.valid(threshold), self.valid[found.rows]
+        return SpotWithout(
+            object=wanted,
+            before=before,
+            after=found.value,
+            samples=int((found.tally.ao != self.result.tally.ao[found.rows]).any(axis=1).sum()),
+            became_valid=int((now & ~then).sum()),
+            became_invalid=int((then & ~now).sum()),
+            is_estimate=not found.complete or (scatter is None and self._seen_by[wanted] > FEW),
+            seconds=time.perf_counter() - begin,
+        )
+
+    def without_object(self, wanted: int) -> SurfaceWithout:
+        """All values if an object did not cast; seconds on a large level.
+
+        Raises:
+            InputError: no such object.
+        """
+        return drained(self.without_steps(wanted))
+
+    def without_steps(self, wanted: int) -> Generator[Progress, None, SurfaceWithout]:
+        """The same step by step; close the generator to cancel."""
+        scene = Without(self.result, self.tracer, wanted)
+        found, scatter = yield from surface_without(self.result, self.field, scene, wanted, self.mapper, self.settings)
+        if scatter is not None:
+            self._scatter[wanted] = scatter
+        return found
 
     def close(self) -> None:
         """Frees the tracer."""

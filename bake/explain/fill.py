@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from bake.solve.average import nearest_among
 from bake.solve.scatter import scatter_add
 from bake.solve.surface import Surface
 from bake.types import BoolArray, Float64Array, Int64Array
@@ -27,7 +27,6 @@ class Fill:
         self._any_known = not starved.all()
         self._ring, self._tail, self._head = _rings(surface, starved)
         self._first = np.searchsorted(self._head, np.arange(len(starved) + 1))
-        self._nearest: cKDTree | None = None
 
     def sources(self, unknowns: Int64Array, weights: Float64Array) -> tuple[Int64Array, Float64Array]:
         """Takes weights of averages at any unknowns to unknowns that have samples.
@@ -46,7 +45,8 @@ class Fill:
             return np.zeros(0, np.int64), np.zeros(0)
         lost = [i for i in here if self._ring[i] < 0]
         if lost:
-            ends.append(self._closest(np.array(lost, np.int64)))
+            known = np.flatnonzero(~self._starved)
+            ends.append(nearest_among(self._surface.position, known, np.array(lost, np.int64)))
             amounts.append(np.array([here.pop(i) for i in lost]))
         pending = np.array(list(here), np.int64)
         carried = np.array(list(here.values()))
@@ -62,12 +62,6 @@ class Fill:
             amounts.append(share[~still])
             pending, carried = _gathered(np.concatenate([pending, to[still]]), np.concatenate([carried, share[still]]))
         return _gathered(np.concatenate(ends), np.concatenate(amounts))
-
-    def _closest(self, unknowns: Int64Array) -> Int64Array:
-        known = np.flatnonzero(~self._starved)
-        if self._nearest is None:
-            self._nearest = cKDTree(self._surface.position[known])
-        return known[np.asarray(self._nearest.query(self._surface.position[unknowns])[1], np.int64)]
 
 
 def _gathered(unknowns: Int64Array, weights: Float64Array) -> tuple[Int64Array, Float64Array]:

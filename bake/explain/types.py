@@ -290,6 +290,8 @@ class SpotWithout:
         before, after: Shape (k,), float64, in [0, 1].
         samples: Samples that were traced again because a ray of theirs met the object.
         became_valid, became_invalid: Samples whose back-face share crossed the threshold.
+        is_estimate: The object is seen from all over the scene, which changes how much its noise is trusted everywhere:
+            the value may be off by some thousandths until `Explainer.without_object` has seen the whole surface.
         seconds: What it took.
     """
 
@@ -299,6 +301,7 @@ class SpotWithout:
     samples: int
     became_valid: int
     became_invalid: int
+    is_estimate: bool
     seconds: float
 
 

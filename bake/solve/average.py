@@ -14,6 +14,9 @@ from scipy.spatial import cKDTree
 from bake.solve.surface import Surface
 from bake.types import BoolArray, Float64Array, Int64Array
 
+TIES = 32
+"""How many equally near vertices are told apart."""
+
 OPEN = 1.0
 """Value of everything where a scene has no valid sample at all."""
 
@@ -41,10 +44,20 @@ def weighted_average(surface: Surface, mass: Float64Array, rhs: Float64Array) ->
         reached = _fill_by_rings(surface, values, starved)
         lost = np.flatnonzero(starved & ~reached)
         if len(lost):
-            known = np.flatnonzero(~starved)
-            _, nearest = cKDTree(surface.position[known]).query(surface.position[lost])
-            values[lost] = values[known[nearest]]
+            values[lost] = values[nearest_among(surface.position, np.flatnonzero(~starved), lost)]
     return np.clip(values, 0.0, 1.0), starved
+
+
+def nearest_among(position: Float64Array, known: Int64Array, wanted: Int64Array) -> Int64Array:
+    """The unknown of `known`, sorted, that is nearest in space to each of `wanted`; of equally near ones the first.
+
+    Twin sheets make equal distances common, and which one a search tree meets first hangs on all that is in it.
+    """
+    found = cKDTree(position[known]).query(position[wanted], min(TIES, len(known)))
+    distance: Float64Array = np.asarray(found[0], np.float64).reshape(len(wanted), -1)
+    place: Int64Array = np.asarray(found[1], np.int64).reshape(len(wanted), -1)
+    ties = distance <= distance[:, :1] * (1.0 + 1e-9)
+    return known[np.where(ties, place, len(known)).min(axis=1)]
 
 
 def _fill_by_rings(surface: Surface, values: Float64Array, starved: BoolArray) -> BoolArray:
