@@ -1,0 +1,1 @@
+"""What the objects of SuperTuxKart's Black Forest are to the bake."""
