@@ -14,12 +14,13 @@ import numpy as np
 
 from bake import spherical_harmonics
 from bake.arrays import Float64Array, UInt8Array
+from bake.geometry import frame
 
 DIP = 1e-3
 """AO below minus this, about any normal, calls for a window."""
 
-_DIRECTIONS = 512
-_STEPS = 6
+_DIRECTIONS = 256
+_STEPS = 4
 _FUNCTIONS_A_PART = 1 << 14
 
 
@@ -33,9 +34,14 @@ def lowest(harmonics: Float64Array) -> Float64Array:
     for begin in range(0, len(harmonics), _FUNCTIONS_A_PART):
         part = harmonics[begin : begin + _FUNCTIONS_A_PART]
         values = part @ _SET_VALUES.T
-        start = _SET[values.argmin(axis=1)]
-        opposite = _SET[np.where(start @ _SET.T < 0.0, values, np.inf).argmin(axis=1)]
-        least[begin : begin + _FUNCTIONS_A_PART] = np.minimum(_descend(part, start), _descend(part, opposite))
+        nearest = values.argmin(axis=1)
+        found = _descend(part, _SET[nearest])
+        others = np.where(_OPPOSITE[nearest], values, np.inf)
+        # Between its directions the set misses less than this.
+        slack = 0.03 * np.linalg.norm(part[:, 1:], axis=1)
+        again = np.flatnonzero(others.min(axis=1) - slack < found)
+        found[again] = np.minimum(found[again], _descend(part[again], _SET[others[again].argmin(axis=1)]))
+        least[begin : begin + _FUNCTIONS_A_PART] = found
     return least
 
 
@@ -72,33 +78,34 @@ def _descend(functions: Float64Array, directions: Float64Array) -> Float64Array:
     constant = functions[:, 0] * spherical_harmonics.Y0
     least = _value(constant, linear, quadratic, directions)
     for _ in range(_STEPS):
-        slope = linear + 2.0 * np.einsum("mij,mj->mi", quadratic, directions)
-        outward = np.einsum("mi,mi->m", slope, directions)
-        plane = _tangents(directions)
-        gradient = np.einsum("mai,mi->ma", plane, slope)
-        bend = 2.0 * plane @ quadratic @ np.swapaxes(plane, 1, 2) - outward[:, None, None] * np.eye(2)
-        values, vectors = np.linalg.eigh(bend)
-        scale = np.maximum(np.abs(values), 1e-9 + 1e-3 * np.abs(values).max(axis=1, keepdims=True))
-        step: Float64Array = -vectors @ (np.swapaxes(vectors, 1, 2) @ gradient[:, :, None] / scale[:, :, None])
-        directions = directions + np.einsum("mai,ma->mi", plane, step[:, :, 0])
-        directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+        slope = linear + 2.0 * (quadratic @ directions[:, :, None])[:, :, 0]
+        outward = _dot(slope, directions)
+        first, second = frame(directions)
+        bent = 2.0 * (quadratic @ first[:, :, None])[:, :, 0]
+        xx, xy = _dot(bent, first) - outward, _dot(bent, second)
+        yy = 2.0 * _dot((quadratic @ second[:, :, None])[:, :, 0], second) - outward
+        middle, spread = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
+        lift = np.maximum(1e-9 + 1e-3 * (np.abs(middle) + spread) - (middle - spread), 0.0)  # makes the step lead down
+        xx, yy = xx + lift, yy + lift
+        x, y = _dot(slope, first), _dot(slope, second)
+        along = ((yy * x - xy * y)[:, None] * first + (xx * y - xy * x)[:, None] * second) / (xx * yy - xy * xy)[
+            :, None
+        ]
+        directions = directions - along
+        directions = directions / np.sqrt(_dot(directions, directions))[:, None]
         least = np.minimum(least, _value(constant, linear, quadratic, directions))
     return least
 
 
-def _tangents(directions: Float64Array) -> Float64Array:
-    """Two unit vectors across each direction, shape (m, 2, 3)."""
-    away = np.eye(3)[np.abs(directions).argmin(axis=1)]
-    first: Float64Array = np.cross(directions, away).astype(np.float64)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(directions, first)], axis=1).astype(np.float64)
+def _dot(a: Float64Array, b: Float64Array) -> Float64Array:
+    return np.einsum("mi,mi->m", a, b)
 
 
 def _value(
     constant: Float64Array, linear: Float64Array, quadratic: Float64Array, directions: Float64Array
 ) -> Float64Array:
-    bent = np.einsum("mi,mij,mj->m", directions, quadratic, directions)
-    return constant + np.einsum("mi,mi->m", linear, directions) + bent
+    bent = (quadratic @ directions[:, :, None])[:, :, 0]
+    return constant + _dot(linear + bent, directions)
 
 
 def _as_polynomial(functions: Float64Array) -> tuple[Float64Array, Float64Array]:
@@ -131,4 +138,5 @@ def _spread(count: int) -> Float64Array:
 
 
 _SET = _spread(_DIRECTIONS)
+_OPPOSITE = _SET @ _SET.T < 0.0
 _SET_VALUES = spherical_harmonics.evaluate(_SET)
