@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bake.region_types import GRID
 from bake.regions.free_space import FreeSpace
-from bake.regions.links import Sections, boundary_sections
+from bake.regions.links import Sections, boundary_sections, other_sections
+from bake.regions.sees import sees_region
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 
 SPACING = 0.4
 """Metres between the places where a boundary is tried: an ordinary door has several."""
 
 _FEWEST, _MOST = 4, 24  # places along an edge
+_MOST_AGAIN = 6  # the same, where a boundary is sought a second time
 _PLACES_AT_ONCE = 1 << 18
 
 
@@ -52,8 +53,34 @@ def measure_openings(
         pairs: Shape (p, 2).
         free: What blocks.
     """
-    sections = boundary_sections(minimum, maximum, pairs)
-    section, places, weight = _places(sections)
+    area, centre = _measured(
+        boundary_sections(minimum, maximum, pairs), _MOST, minimum, maximum, valid, seed, pairs, free
+    )
+    closed = np.flatnonzero(area == 0.0)
+    if len(closed):
+        others = other_sections(minimum, maximum, pairs[closed])
+        # Each of these is asked on its own, and the widest opening taken.
+        asked = pairs[closed[others.pair]]
+        single = dataclasses.replace(others, pair=np.arange(len(others)))
+        found, middle = _measured(single, _MOST_AGAIN, minimum, maximum, valid, seed, asked, free)
+        order = np.lexsort((found, others.pair))
+        widest = order[np.append(np.diff(others.pair[order]) != 0, True)] if len(order) else order
+        area[closed[others.pair[widest]]], centre[closed[others.pair[widest]]] = found[widest], middle[widest]
+    return Openings(area, centre)
+
+
+def _measured(
+    sections: Sections,
+    most: int,
+    minimum: Float64Array,
+    maximum: Float64Array,
+    valid: BoolArray,
+    seed: Float64Array,
+    pairs: Int32Array,
+    free: FreeSpace,
+) -> tuple[Float64Array, Float64Array]:
+    """Open area of each pair over its sections, shape (p,), and the middle of it, shape (p, 3)."""
+    section, places, weight = _places(sections, most)
     moment = np.zeros((len(pairs), 3))
     pair = sections.pair[section]
     is_open = np.zeros(len(places), np.bool_)
@@ -65,21 +92,21 @@ def measure_openings(
             region = pairs[pair[still], side]
             still = still[sees_region(places[still], region, minimum, maximum, valid, seed, free)]
         is_open[still] = True
-    area = np.bincount(pair[is_open], weights=weight[is_open], minlength=len(pairs))
+    area = np.bincount(pair[is_open], weights=weight[is_open], minlength=len(pairs)).astype(np.float64)
     for axis in range(3):
         weighted = weight[is_open] * places[is_open, axis]
         moment[:, axis] = np.bincount(pair[is_open], weights=weighted, minlength=len(pairs))
     mean = moment / np.where(area > 0.0, area, np.nan)[:, None]
-    return Openings(area, _nearest_places(mean, places[is_open], pair[is_open]))
+    return area, _nearest_places(mean, places[is_open], pair[is_open])
 
 
-def _places(sections: Sections) -> tuple[Int64Array, Float64Array, Float64Array]:
+def _places(sections: Sections, most: int) -> tuple[Int64Array, Float64Array, Float64Array]:
     """Places spread over sections: the section of each, shape (n,), position, (n, 3), and its share of area, (n,)."""
     count = len(sections)
     other = (sections.axis[:, None] + np.array([1, 2])) % 3
     row = np.arange(count)[:, None]
     edge = (sections.maximum - sections.minimum)[row, other]
-    steps = np.clip(np.ceil(edge / SPACING), _FEWEST, _MOST).astype(np.int64)
+    steps = np.clip(np.ceil(edge / SPACING), _FEWEST, most).astype(np.int64)
     total = steps.prod(axis=1)
     section = np.repeat(np.arange(count), total)
     within = np.arange(len(section)) - np.repeat(np.cumsum(total) - total, total)
@@ -101,49 +128,6 @@ def _crosses_gap(places: Float64Array, sections: Sections, section: Int64Array, 
     way[np.arange(len(gap)), sections.axis[section[gap]]] = half[gap]
     crossed[gap] = free.clear(places[gap] - way, places[gap] + way)
     return crossed
-
-
-def sees_region(
-    places: Float64Array,
-    region: NDArray[np.integer],
-    minimum: Float64Array,
-    maximum: Float64Array,
-    valid: BoolArray,
-    seed: Float64Array,
-    free: FreeSpace,
-) -> BoolArray:
-    """Whether each place sees a valid grid point around it, or else the seed, of its region.
-
-    Args:
-        places: Shape (n, 3); outside its region's box, a place looks for the points nearest to it.
-        region: Shape (n,).
-        minimum, maximum: Shape (r, 3), boxes.
-        valid: Shape (r, GRID³).
-        seed: Shape (r, 3); NaN for none.
-        free: What blocks.
-
-    Returns:
-        Shape (n,).
-    """
-    size = (maximum - minimum)[region]
-    cell = np.clip((places - minimum[region]) / size * GRID - 0.5, 0.0, GRID - 1.0)
-    low = np.minimum(np.floor(cell).astype(np.int64), GRID - 2)
-    corner = low[:, None] + np.array([[c >> 2 & 1, c >> 1 & 1, c & 1] for c in range(8)])
-    usable = valid[region[:, None], (corner * np.array([GRID * GRID, GRID, 1])).sum(axis=2)]
-    points = minimum[region][:, None] + (corner + 0.5) / GRID * size[:, None]
-    away = np.linalg.norm(points - places[:, None], axis=2)
-    order = np.argsort(np.where(usable, away, np.inf), axis=1)
-    sees = np.zeros(len(places), np.bool_)
-    row = np.arange(len(places))
-    for attempt in range(8):
-        chosen = order[:, attempt]
-        ask = np.flatnonzero(~sees & usable[row, chosen])
-        if len(ask) == 0:
-            break
-        sees[ask] = free.clear(places[ask], points[ask, chosen[ask]])
-    ask = np.flatnonzero(~sees & np.isfinite(seed[region]).all(axis=1))
-    sees[ask] = free.clear(places[ask], seed[region[ask]])
-    return sees
 
 
 def _nearest_places(mean: Float64Array, places: Float64Array, pair: Int64Array) -> Float64Array:

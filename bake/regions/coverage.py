@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from bake.regions.boundaries import sees_region
+from bake.region_types import GRID
 from bake.regions.free_space import FreeSpace
+from bake.regions.sees import sees_region
 from bake.types import BoolArray, Float64Array
 
 _TESTS_AT_ONCE = 1 << 22
@@ -35,7 +36,7 @@ def coverage(
     """
     if len(points) == 0:
         return float("nan")
-    valid = valid.reshape(len(minimum), -1)
+    valid = valid.reshape(len(minimum), GRID**3)
     served = np.zeros(len(points), np.bool_)
     at_once = max(1, _TESTS_AT_ONCE // max(len(minimum), 1))
     for begin in range(0, len(points), at_once):

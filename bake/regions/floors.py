@@ -139,7 +139,7 @@ def _joined(
             rise = floor[candidate] - floor[own]
             away = np.abs(rise)
             common = np.minimum(ceiling[candidate], ceiling[own]) - np.maximum(floor[candidate], floor[own])
-            fits = (away <= LEDGE) & (common >= HEAD_ROOM - LEDGE) & stand[candidate] & (away < closest[here])
+            fits = (away <= LEDGE) & (common >= HEAD_ROOM - STEP) & stand[candidate] & (away < closest[here])
             beside[here[fits], side] = number[candidate[fits]]
             closest[here[fits]] = away[fits]
             lower[here[(rise < -STEP) & (ceiling[candidate] >= floor[own] + 1.0)]] = True

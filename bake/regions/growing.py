@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import label as connected_label
 
+from bake.regions.floors import LEDGE
 from bake.regions.rectangles import Rectangles
 from bake.regions.walkable import Walkable
-from bake.types import BoolArray, Int64Array
+from bake.types import BoolArray, Float64Array, Int64Array
 
 _FREE_SHARE = 0.6  # of a new row that must be floor
 _FRESH_SHARE = 0.5  # of that floor that no other rectangle has yet
@@ -39,8 +40,9 @@ class Window:
             nearer = (candidate + k < end) & (away < closest) & space.air[here]
             self._cell[nearer], closest[nearer] = here[nearer], away[nearer]
         self._start = (at[0] - self.i, at[1] - self.j)
-        free = self._cell >= 0
-        self._floor = np.where(free, floors.floor[np.maximum(self._cell, 0)], height)
+        self._floor = np.where(self._cell >= 0, floors.floor[np.maximum(self._cell, 0)], height)
+        free = _joined(self._cell >= 0, self._floor, self._start)
+        self._floor[~free] = height
         self._free = free
         self._fresh = free & (rectangles.owner[np.maximum(self._cell, 0)] < 0)
         self._free_sum, self._fresh_sum = _integral(free), _integral(self._fresh)
@@ -82,9 +84,8 @@ class Window:
     def joined(self) -> Int64Array:
         """Cells of the rectangle that are joined to the first one inside it."""
         part = (slice(self.first[0], self.last[0] + 1), slice(self.first[1], self.last[1] + 1))
-        labels = connected_label(self._free[part])[0]
-        own = labels[self._start[0] - self.first[0], self._start[1] - self.first[1]]
-        return self._cell[part][labels == own]
+        start = (self._start[0] - self.first[0], self._start[1] - self.first[1])
+        return self._cell[part][_joined(self._free[part], self._floor[part], start)]
 
     def _row(self, axis: int, step: int) -> tuple[int, int, int, int] | None:
         """The row next to a side, as its corners; None at the end of the raster."""
@@ -100,6 +101,17 @@ class Window:
             self.last[axis] += 1
         else:
             self.first[axis] -= 1
+
+
+def _joined(free: BoolArray, floor: Float64Array, start: tuple[int, int]) -> BoolArray:
+    """Cells that are joined to a first one over sides where the floor rises by no more than a ledge."""
+    # Between any two cells lies another one that is set where they are joined.
+    woven = np.zeros((2 * free.shape[0] - 1, 2 * free.shape[1] - 1), np.bool_)
+    woven[::2, ::2] = free
+    woven[1::2, ::2] = free[1:] & free[:-1] & (np.abs(np.diff(floor, axis=0)) <= LEDGE)
+    woven[::2, 1::2] = free[:, 1:] & free[:, :-1] & (np.abs(np.diff(floor, axis=1)) <= LEDGE)
+    labels = connected_label(woven)[0]
+    return labels[::2, ::2] == labels[2 * start[0], 2 * start[1]]
 
 
 def _integral(values: BoolArray) -> Int64Array:

@@ -80,11 +80,7 @@ def boundary_sections(minimum: Float64Array, maximum: Float64Array, pairs: Int32
 
     simple = np.flatnonzero(~held)
     across = shared[simple].argmin(axis=1)
-    row = np.arange(len(simple))
-    centre = 0.5 * (low[simple, across] + high[simple, across])
-    first, last = low[simple].copy(), high[simple].copy()
-    first[row, across] = last[row, across] = centre
-    found = [Sections(simple, first, last, across, np.maximum(-shared[simple, across], 0.0))]
+    found = [_across(low, high, simple, across, 0.5)]
     for axis in range(3):
         for side in (minimum, maximum):
             # On the side of the smaller box, if the larger goes on behind it.
@@ -94,6 +90,32 @@ def boundary_sections(minimum: Float64Array, maximum: Float64Array, pairs: Int32
             first, last = low[chosen].copy(), high[chosen].copy()
             first[:, axis] = last[:, axis] = at[chosen]
             found.append(Sections(chosen, first, last, np.full(len(chosen), axis), np.zeros(len(chosen))))
+    return _together(found)
+
+
+def other_sections(minimum: Float64Array, maximum: Float64Array, pairs: Int32Array) -> Sections:
+    """More rectangles for pairs that overlap: across each axis in the middle, and at a quarter and three quarters.
+
+    The boundary may be anywhere in what two boxes share, and its very middle may lie in a wall or in the ground.
+    """
+    a, b = pairs[:, 0], pairs[:, 1]
+    low, high = np.maximum(minimum[a], minimum[b]), np.minimum(maximum[a], maximum[b])
+    chosen = np.flatnonzero((high > low).all(axis=1))
+    return _together(
+        [_across(low, high, chosen, np.full(len(chosen), axis), at) for axis in range(3) for at in (0.5, 0.25, 0.75)]
+    )
+
+
+def _across(low: Float64Array, high: Float64Array, chosen: Int64Array, axis: Int64Array, at: float) -> Sections:
+    """Sections of shared boxes across one axis each, at a share of the way."""
+    row = np.arange(len(chosen))
+    place = (1.0 - at) * low[chosen, axis] + at * high[chosen, axis]
+    first, last = low[chosen].copy(), high[chosen].copy()
+    first[row, axis] = last[row, axis] = place
+    return Sections(chosen, first, last, axis, np.maximum(low[chosen, axis] - high[chosen, axis], 0.0))
+
+
+def _together(found: list[Sections]) -> Sections:
     return Sections(
         np.concatenate([s.pair for s in found]),
         np.concatenate([s.minimum for s in found]),
