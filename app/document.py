@@ -35,6 +35,7 @@ class Document:
         world: Geometry in view.
         result: The bake in view.
         field: Vertex values in view: the result's own, or those of a changed threshold (then `is_preview`).
+        field_note: What those values are, where it is no changed threshold.
         other: Vertex values of the other mapping, once computed.
         threshold: Back-face threshold in view.
         display: How it is shown.
@@ -59,6 +60,7 @@ class Document:
         self.result: BakeResult | None = None
         self.field: VertexField | None = None
         self.other: VertexField | None = None
+        self.field_note = ""
         self.threshold = 0.25
         self.display = Display()
         self.decorators = DecoratorView()
@@ -131,7 +133,7 @@ class Document:
             self.set_world(result.world)
         self.world = result.world
         self.result, self.result_path = result, path
-        self.field, self.other = result.field, None
+        self.field, self.field_note, self.other = result.field, "", None
         self.values, self._drawn = DecoratedValues(result), []
         self.findings = tuple(result.findings)
         self.threshold = result.settings.back_face_threshold
@@ -155,9 +157,9 @@ class Document:
         self.result_changed.emit()
         self.field_changed.emit()
 
-    def set_field(self, field: VertexField) -> None:
-        """Shows other values on the same result, e.g. those of a changed threshold."""
-        self.field = field
+    def set_field(self, field: VertexField, note: str = "") -> None:
+        """Shows other values on the same result, e.g. those of a changed threshold; the note says what they are."""
+        self.field, self.field_note = field, note
         self.field_changed.emit()
 
     def set_other(self, other: VertexField | None) -> None:

@@ -141,7 +141,7 @@ class ViewPresenter:
         elif document.display.game:
             parts.append(f"{GAME_BITS} bits, dithered")
         if document.is_preview:
-            parts.append(f"threshold {document.threshold:.1%}, not stored")
+            parts.append(document.field_note or f"threshold {document.threshold:.1%}, not stored")
         return ", ".join(parts)
 
     def _caption(self, number: int, field: VertexField | None) -> str:
