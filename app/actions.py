@@ -45,17 +45,8 @@ Action = tuple[ActionSpec, Callable[..., object]]
 MENUS = ("File", "Edit", "View", "Bake", "Help")
 """The first menus and the last one; others that actions name stand before the last."""
 
-MOUSE = (
-    ("Left drag", "orbit"),
-    ("Middle drag, Shift + left drag", "pan"),
-    ("Wheel", "zoom at the cursor"),
-    ("Right drag", "look around; with W A S D Q E held, fly (wheel: speed)"),
-    ("Click", "keep the point in the probe and select its object"),
-    ("Double click", "fly to the point"),
-)
 
-
-def keys_text(rows: Iterable[tuple[str, str]], mouse: Iterable[tuple[str, str]] = MOUSE) -> str:
+def keys_text(rows: Iterable[tuple[str, str]], mouse: Iterable[tuple[str, str]]) -> str:
     """Keys and mouse gestures as rich text, two tables.
 
     Args:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable, Mapping
 
 from PyQt6.QtCore import Qt, QTimer, pyqtSignal
 from PyQt6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
@@ -23,21 +24,22 @@ class Banner(QFrame):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self._choices: list[QPushButton] = []
         self._text = QLabel()
         self._text.setWordWrap(True)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        log = QPushButton("Log")
-        log.setToolTip("Show the log")
-        log.clicked.connect(self.log_requested)
+        self._log = QPushButton("Log")
+        self._log.setToolTip("Show the log")
+        self._log.clicked.connect(self.log_requested)
         close = QToolButton()
         close.setText("✕")
         close.setToolTip("Close this message")
         close.clicked.connect(self.hide)
-        layout = QHBoxLayout(self)
+        layout = self._row = QHBoxLayout(self)
         layout.setContentsMargins(10, 4, 6, 4)
         layout.addWidget(self._text, 1)
-        layout.addWidget(log)
+        layout.addWidget(self._log)
         layout.addWidget(close)
         self.level = logging.NOTSET
         self._fade = QTimer(self)
@@ -49,8 +51,30 @@ class Banner(QFrame):
         """The message shown."""
         return self._text.text()
 
+    def ask(self, text: str, choices: Mapping[str, Callable[[], object]]) -> None:
+        """Asks something that can wait; it stays until it is answered, closed, or replaced by another message.
+
+        Args:
+            text: The question.
+            choices: What to call, by the text of a button.
+        """
+        self.show_message(logging.INFO, text)
+        self._fade.stop()
+        self._log.hide()
+        for number, (title, slot) in enumerate(choices.items()):
+            button = QPushButton(title)
+            button.setToolTip(f"{title}; the question goes away")
+            button.clicked.connect(self.hide)
+            button.clicked.connect(lambda _checked=False, slot=slot: slot())
+            self._row.insertWidget(1 + number, button)
+            self._choices.append(button)
+
     def show_message(self, level: int, text: str) -> None:
         """Shows a message of a logging level."""
+        for button in self._choices:
+            button.deleteLater()
+        self._choices.clear()
+        self._log.show()
         self.level = level
         paper, ink = _COLORS.get(level, _COLORS[logging.INFO])
         self.setStyleSheet(

@@ -57,6 +57,8 @@ class Controller(QObject):
         self._jobs = Jobs(self)
         self._bake_when_open = False
         self._comparing = False
+        self.up_axis = 0
+        """Which way is up in files that do not say: 1 or 2, or 0 to guess."""
         self._solved_threshold: float | None = None
         engine.progressed.connect(self._on_progress)
         engine.bake_finished.connect(self._on_baked)
@@ -80,13 +82,20 @@ class Controller(QObject):
         self._bake_when_open = bake
         self.busy.emit(f"Opening {path.name}")
         self._jobs.drop("open result")
-        self._jobs.run("open scene", lambda: read_scene(path, self._cache), self._on_scene, self._on_error)
+        self._jobs.run(
+            "open scene", lambda: read_scene(path, self._cache, up_axis=self.up_axis), self._on_scene, self._on_error
+        )
 
     def open_result(self, path: Path, *, verify: bool = True) -> None:
         """Opens a result folder."""
         self.busy.emit(f"Opening {path.name}")
         self._jobs.drop("open scene")
-        self._jobs.run("open result", lambda: read_result(path, verify=verify), self._on_result, self._on_error)
+        self._jobs.run(
+            "open result",
+            lambda: read_result(path, verify=verify, up_axis=self.up_axis),
+            self._on_result,
+            self._on_error,
+        )
 
     def save_result_as(self, target: Path) -> None:
         """Copies the result in view to a folder."""

@@ -39,6 +39,15 @@ def ask_for_picture(parent: QWidget, suggestion: Path) -> Path | None:
     return path if path.suffix else path.with_suffix(".png")
 
 
+def ask_for_page(parent: QWidget, suggestion: Path) -> Path | None:
+    """An HTML file for a page."""
+    name, _ = QFileDialog.getSaveFileName(parent, "Save review page", str(suggestion), "Pages (*.html)")
+    if not name:
+        return None
+    path = Path(name)
+    return path if path.suffix else path.with_suffix(".html")
+
+
 def may_drop_bake(parent: QWidget, minutes: float) -> bool:
     """Whether a bake that runs for a while may be thrown away."""
     answer = QMessageBox.question(

@@ -95,6 +95,7 @@ class Engine(QObject):
         self._memories: dict[int, SharedMemory] = {}
         self._deaths: list[float] = []
         self._closed = False
+        self._anew = False
         self._answer_timer = self._single_shot(self._stop_waiting)
         self._patience_timer = self._single_shot(self._lose_patience)
         self._received.connect(self._on_received)
@@ -178,6 +179,16 @@ class Engine(QObject):
         self._set_state(EngineState.CANCELLING)
         self._answer_timer.start(ANSWER_MS)
         self._patience_timer.start(PATIENCE_MS)
+
+    def start_anew(self) -> None:
+        """Starts the process again, so that it takes over what has changed around it; after its jobs, if it has any."""
+        if self._active is not None or self._pending:
+            self._anew = True
+            return
+        self._anew = False
+        if self._process is not None and not self._closed:
+            self._end_process(patience=0.0)
+            self.start()
 
     def close(self) -> None:
         """Ends the process and the thread that listens to it, for good; jobs given later are dropped."""
@@ -270,6 +281,8 @@ class Engine(QObject):
         elif isinstance(reply, JobStopped) and not self._answered:
             self.cancelled.emit(job)
         self._release(job)
+        if self._anew:
+            self.start_anew()
         self._send_next()
 
     def _stop_waiting(self) -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-import sys
 from collections.abc import Iterable
 from pathlib import Path
+
+from app.session import is_running
 
 
 class KeptResults:
@@ -73,18 +74,5 @@ class KeptResults:
         """Removes what processes left that no longer run."""
         with contextlib.suppress(FileNotFoundError):
             for path in list(self._folder.parent.iterdir()):
-                if path.name.isdigit() and not _runs(int(path.name)):
+                if path.name.isdigit() and not is_running(int(path.name)):
                     shutil.rmtree(path, ignore_errors=True)
-
-
-def _runs(pid: int) -> bool:
-    """Whether a process is there; assumed where that cannot be asked without harm."""
-    if pid == os.getpid() or sys.platform == "win32":
-        return True
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:
-        return True
-    return True

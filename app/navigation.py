@@ -12,6 +12,7 @@ from PyQt6.QtCore import QObject, QPointF, Qt, QTimer, pyqtSignal
 from PyQt6.QtGui import QKeyEvent, QMouseEvent
 
 from app.gl_view import GLView
+from app.navigation_styles import STYLES, Motion
 from viewer.camera import Camera
 from viewer.picking import Pick
 
@@ -48,9 +49,8 @@ class Gesture(Protocol):
 class Navigation(QObject):
     """Moves a camera by the mouse events of a view.
 
-    Left drag orbits, middle drag (or left with Shift) pans, the wheel zooms at the cursor, a double click flies to
-    what is under it. Right drag looks around, and with W A S D Q E held meanwhile one flies; the wheel then sets the
-    speed.
+    What a drag does is a matter of `style`. The wheel zooms at the cursor, a double click flies to what is under it.
+    While the right button is held one flies with W A S D Q E; the wheel then sets the speed.
 
     Args:
         view: The widget whose events it takes.
@@ -67,6 +67,7 @@ class Navigation(QObject):
         self.gestures: list[Gesture] = []
         """Tools, the first of which that wants a drag of the left button gets it."""
         self._gesture: Gesture | None = None
+        self.style = STYLES["obscura"]
         self.camera = Camera()
         self._press: QPointF | None = None
         self._last = QPointF()
@@ -127,13 +128,17 @@ class Navigation(QObject):
         delta, self._last = position - self._last, position
         height = max(self._view.height(), 1)
         right, down = delta.x() / height, delta.y() / height
-        shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-        if self._button is Qt.MouseButton.MiddleButton or (self._button is Qt.MouseButton.LeftButton and shift):
-            self.set_camera(self.camera.panned(-right, down))
-        elif self._button is Qt.MouseButton.LeftButton:
-            self.set_camera(self.camera.orbited(-right * math.pi, down * math.pi))
-        elif self._button is Qt.MouseButton.RightButton:
-            self.set_camera(self.camera.looked(-right * self.camera.view_angle, down * self.camera.view_angle))
+        match self.style.motion(self._button, event.modifiers()):
+            case Motion.PAN:
+                self.set_camera(self.camera.panned(-right, down))
+            case Motion.ORBIT:
+                self.set_camera(self.camera.orbited(-right * math.pi, down * math.pi))
+            case Motion.LOOK:
+                self.set_camera(self.camera.looked(-right * self.camera.view_angle, down * self.camera.view_angle))
+            case Motion.ZOOM:
+                self.set_camera(self.camera.zoomed(20.0 ** (right - down), None))
+            case None:
+                pass
 
     def _on_release(self, event: QMouseEvent) -> None:
         gesture, self._gesture = self._gesture, None

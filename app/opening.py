@@ -51,12 +51,13 @@ class OpenedResult:
     up_axis: int
 
 
-def read_scene(path: Path, cache: Path) -> OpenedScene:
+def read_scene(path: Path, cache: Path, *, up_axis: int = 0) -> OpenedScene:
     """Reads a scene file.
 
     Args:
         path: The file.
         cache: Folder that holds the window's own results.
+        up_axis: 1 or 2 for files that do not say which way is up; 0 to guess.
 
     Raises:
         InputError: the file, its side file or its options cannot be used.
@@ -73,13 +74,18 @@ def read_scene(path: Path, cache: Path) -> OpenedScene:
         files=dict(scene.files),
         settings=settings,
         findings=tuple(scene.findings),
-        up_axis=scene.up_axis if scene.up_axis in (1, 2) else up_axis_of(world),
+        up_axis=scene.up_axis if scene.up_axis in (1, 2) else up_axis or up_axis_of(world),
         world=world,
     )
 
 
-def read_result(path: Path, *, verify: bool) -> OpenedResult:
+def read_result(path: Path, *, verify: bool, up_axis: int = 0) -> OpenedResult:
     """Reads a result folder.
+
+    Args:
+        path: The folder.
+        verify: Whether to check that its files are as they were written.
+        up_axis: 1 or 2 for scenes that do not say which way is up; 0 to guess.
 
     Raises:
         ResultError: it is none, or it is damaged.
@@ -87,7 +93,7 @@ def read_result(path: Path, *, verify: bool) -> OpenedResult:
     from bake.results import load_result
 
     result = load_result(path, verify=verify)
-    up = 1 if result.scene_path.suffix.lower() in (".glb", ".gltf") else up_axis_of(result.world)
+    up = 1 if result.scene_path.suffix.lower() in (".glb", ".gltf") else up_axis or up_axis_of(result.world)
     return OpenedResult(path.resolve(), result, up)
 
 

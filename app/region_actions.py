@@ -128,6 +128,6 @@ def region_actions(
             spec("brush", "&Validity brush", "Drag over points to switch them", ("V",), check=True, group=5),
             lambda on: state.use_tool(Tool.BRUSH, on),
         ),
-        (spec("brush-swap", "Brush &switches on / off", "Turn the brush around", ("X",), group=5), swap_brush),
+        (spec("brush-swap", "Brush &switches on / off", "Turn the brush around", ("Shift+X",), group=5), swap_brush),
         (spec("file", "Save region f&ile …", "Write boxes, links and validity as JSON", group=6), save),
     ]

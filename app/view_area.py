@@ -8,6 +8,7 @@ from PyQt6.QtWidgets import QSplitter, QVBoxLayout, QWidget
 
 from app.document import Document
 from app.lazy_picker import LazyPicker
+from app.navigation_styles import NavigationStyle
 from app.tree_compare import TreeCompare
 from app.viewport import Viewport
 from viewer.camera import Camera
@@ -38,10 +39,16 @@ class ViewArea(QWidget):
         """The viewports from left to right."""
         return [self.main] if self.other is None else [self.main, self.other]
 
+    def set_style(self, style: NavigationStyle) -> None:
+        """Changes what mouse buttons do."""
+        for viewport in self.viewports:
+            viewport.navigation.style = style
+
     def split(self) -> Viewport:
         """Opens the second viewport with the first one's camera; returns it."""
         if self.other is None:
             self.other = Viewport(self._picker)
+            self.other.navigation.style = self.main.navigation.style
             self.other.camera_changed.connect(self._follow_other)
             self._splitter.addWidget(self.other)
             half = max(self._splitter.width() // 2, 1)

@@ -18,6 +18,7 @@ from app.action_registry import ActionRegistry
 from app.banner import Banner
 from app.cache_folder import cache_folder
 from app.controller import Controller
+from app.defects import reported_defects
 from app.docks import build_docks, panel_action
 from app.document import Document
 from app.engine import Engine
@@ -27,7 +28,9 @@ from app.lazy_picker import LazyPicker
 from app.panels import build_panels
 from app.parts import PARTS
 from app.parts.baking import BakingPart
+from app.parts.session import SessionPart
 from app.parts.views import ViewsPart
+from app.preferences import Preferences
 from app.probe_strip import ProbeStrip
 from app.progress_panel import ProgressPanel
 from app.readouts import Readouts
@@ -50,8 +53,11 @@ def open_window(path: Path | None) -> int:
     app = application()
     window = Window(cache_folder())
     window.show()
-    window.controller.open(path)
-    return app.exec()
+    with reported_defects(window.banner):
+        begin = lambda: window.controller.open(path)  # noqa: E731
+        if path is not None or not window.part(SessionPart).offer(begin):
+            begin()
+        return app.exec()
 
 
 class Window(QMainWindow):
@@ -66,7 +72,7 @@ class Window(QMainWindow):
     def __init__(self, cache: Path, store: QSettings | None = None, bake: Bake = bake_job) -> None:
         super().__init__()
         self.store = store if store is not None else QSettings("obscura", "obscura")
-        apply_scheme(str(self.store.value("window/scheme", "")))
+        apply_scheme(Preferences.read(self.store).scheme)
         self.document = Document()
         self.engine = Engine(bake, self)
         self.controller = Controller(self.document, self.engine, cache, self)

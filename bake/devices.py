@@ -117,8 +117,10 @@ def resolve(wanted: str) -> Device:
 
 
 def worker_count() -> int:
-    """Number of CPU threads that trace."""
+    """Number of CPU threads that trace: those that there are, or fewer by the variable `OBSCURA_THREADS`."""
     try:
-        return max(1, len(os.sched_getaffinity(0)))
+        there = len(os.sched_getaffinity(0))
     except AttributeError:  # not on this platform
-        return max(1, os.cpu_count() or 1)
+        there = os.cpu_count() or 1
+    wanted = os.environ.get("OBSCURA_THREADS", "")
+    return max(1, min(there, int(wanted)) if wanted.isdecimal() and int(wanted) else there)

@@ -25,17 +25,19 @@ _MOST_FINDINGS = 300
 _SEVERITIES = {"set-aside": 0, "warning": 1, "info": 2}
 
 
-def report_page(result: BakeResult, folder: Path, pictures: Sequence[Picture]) -> str:
+def report_page(result: BakeResult, folder: Path, pictures: Sequence[Picture], *, lead: Sequence[str] = ()) -> str:
     """The report as HTML that needs no other file.
 
     Args:
         result: What was baked.
         folder: Where it is stored.
         pictures: Views of it; none if nothing could draw them.
+        lead: HTML that comes first, such as what a reviewer saw.
     """
     body = [
         f"<h1>{escape(result.scene_path.name)}</h1>",
         f"<p>Ambient obscurance of {escape(str(result.scene_path))}, stored in {escape(str(folder))}.</p>",
+        *lead,
         _key_figures(result, folder),
         "<h2>Views</h2>",
         _pictures(pictures),

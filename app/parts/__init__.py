@@ -5,16 +5,21 @@ from __future__ import annotations
 from app.parts.availability import AvailabilityPart
 from app.parts.baking import BakingPart
 from app.parts.edit import EditPart
+from app.parts.explain import ExplainPart
 from app.parts.files import FilesPart
 from app.parts.habits import HabitsPart
 from app.parts.help import HelpPart
+from app.parts.hints import HintsPart
 from app.parts.history import HistoryPart
 from app.parts.layouts import LayoutsPart
 from app.parts.panels import PanelsPart
 from app.parts.results_history import ResultsHistoryPart
+from app.parts.review import ReviewPart
 from app.parts.scene_edits import SceneEditsPart
 from app.parts.scene_watch import SceneWatchPart
 from app.parts.selections import SelectionsPart
+from app.parts.session import SessionPart
+from app.parts.spots import SpotsPart
 from app.parts.views import ViewsPart
 from app.region_part import RegionsPart
 from app.walk_part import WalkPart
@@ -22,6 +27,7 @@ from app.window_parts import Part
 
 PARTS: tuple[type[Part], ...] = (
     FilesPart,
+    ReviewPart,
     HistoryPart,
     EditPart,
     PanelsPart,
@@ -30,11 +36,15 @@ PARTS: tuple[type[Part], ...] = (
     SceneWatchPart,
     ResultsHistoryPart,
     ViewsPart,
+    SpotsPart,
+    ExplainPart,
     BakingPart,
     RegionsPart,
     WalkPart,
     LayoutsPart,
     HabitsPart,
     HelpPart,
+    HintsPart,
+    SessionPart,
     AvailabilityPart,
 )

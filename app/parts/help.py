@@ -16,7 +16,12 @@ class HelpPart(Part):
         return [
             (
                 ActionSpec("keys", menu, "&Keys and mouse", "What keys and mouse buttons do", ("F1",)),
-                lambda: dialogs.show_keys(window, keys_text(self.bench.registry.key_rows())),
+                lambda: dialogs.show_keys(window, self.keys_text()),
             ),
             (ActionSpec("about", menu, "&About Obscura", "Version and licence"), lambda: dialogs.show_about(window)),
         ]
+
+    def keys_text(self) -> str:
+        """Keys and mouse as they are set, as rich text."""
+        style = self.bench.area.main.navigation.style
+        return keys_text(self.bench.registry.key_rows(), style.gestures())

@@ -8,8 +8,6 @@ from app.actions import Action, ActionSpec
 from app.undo_step import Step
 from app.window_parts import DockSpec, Part, Side, Workbench
 
-UNDO_DEPTH = 200
-
 
 class HistoryPart(Part):
     """The window's undo stack. Opening another scene starts it afresh."""
@@ -17,7 +15,7 @@ class HistoryPart(Part):
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
         self._waiting = False
-        self.set_depth(int(bench.store.value("undo/depth", UNDO_DEPTH)))
+        self._depth = 0
         self.view = QUndoView(bench.undo)
         self.view.setEmptyLabel("As it was opened")
         self.view.setToolTip("What was done, the latest below; click a line to go back to it or forward again")
@@ -52,11 +50,10 @@ class HistoryPart(Part):
         self.bench.undo.clear()
 
     def set_depth(self, depth: int) -> None:
-        """Limits the number of steps, 0 for no limit; steps that exist are forgotten if the limit changes."""
-        undo = self.bench.undo
-        if depth != undo.undoLimit():
-            undo.clear()  # Qt changes the limit of an empty stack only
-            undo.setUndoLimit(depth)
+        """Limits the number of steps, 0 for no limit; where there are steps already, from the next scene on."""
+        self._depth = depth
+        if not self.bench.undo.count():  # Qt changes the limit of an empty stack only
+            self.bench.undo.setUndoLimit(depth)
 
     def set_waiting(self, waiting: bool) -> None:
         """Lets nothing be undone while a step is still being carried out."""
@@ -66,6 +63,7 @@ class HistoryPart(Part):
 
     def _start_over(self) -> None:
         self.bench.undo.clear()
+        self.bench.undo.setUndoLimit(self._depth)
         self.set_waiting(False)
 
     def refresh(self) -> None:

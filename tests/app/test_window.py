@@ -19,9 +19,9 @@ from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.actions import keys_text
 from app.engine import EngineState
 from app.parts.files import FilesPart
+from app.parts.help import HelpPart
 from app.recent_files import recent_files
 from app.window import Window
 from bake.settings import MappingKind
@@ -409,7 +409,7 @@ def test_layout_and_habits_come_back(make_window: Callable[..., Window]) -> None
 
 def test_every_action_is_described_once(window: Window) -> None:
     """Each action has a tip, no key means two things, and the table of keys has them all."""
-    specs, table = window.bench.registry.specs, keys_text(window.bench.registry.key_rows())
+    specs, table = window.bench.registry.specs, window.part(HelpPart).keys_text()
     keys = [key for spec in specs for key in spec.keys]
     assert len(keys) == len(set(keys))
     assert set(window.actions_by_id) == {spec.id for spec in specs}
