@@ -45,9 +45,18 @@ class FittedRegions:
         return (self.models.rmse - self.alone.rmse)[rows]
 
 
-def fit_and_absorb(points: RegionPoints, graph: RegionGraph, settings: BakeSettings) -> FittedRegions:
-    """Fits all regions, lets small ones be absorbed, and fits those that took some up again."""
-    moments = sum_points(points, graph)
+def fit_and_absorb(
+    points: RegionPoints, graph: RegionGraph, settings: BakeSettings, *, moments: Moments | None = None
+) -> FittedRegions:
+    """Fits all regions, lets small ones be absorbed, and fits those that took some up again.
+
+    Args:
+        points: Traced and judged.
+        graph: The regions.
+        settings: Those of the bake.
+        moments: What `sum_points` gives for the points, if it is at hand.
+    """
+    moments = sum_points(points, graph) if moments is None else moments
     absorption = absorb(moments, graph, settings.region_smallest)
     alone = models = fit_regions(points, graph, settings, moments=moments)
     if absorption.absorbed:
