@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bake.arrays import Float64Array
 from bake.decorator_types import TreeModel, TreeVolume
-from bake.decorators.alternating import Instance, refine
+from bake.decorators.alternating import Instance, Refined, refine
 from bake.decorators.fit import GlobalFit, fit_global, model_error
 from bake.decorators.tracing import SurfaceTracer, trace_samples
 from bake.decorators.tree_samples import PlacedSamples, as_sample_set, place, sample_mesh
 from bake.decorators.volume import evaluate, tree_boxes
 from bake.scene_types import Mesh
 from bake.settings import BakeSettings
+from bake.stages import patiently
 from bake.types import World
 
 _CHECKED = 4  # of so many samples one is traced, to tell the models' errors
+_TRACING = _CHECKED / (_CHECKED + 1)  # share of the rays of refining that come before those of the check
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,18 +91,31 @@ class MeshFitter:
             errors.append(self._errors(tracer, placed, models))
         return FittedTrees(self._model, centre, tuple(fits), np.array(errors))
 
-    def refined(self, volume: TreeVolume, tracer: SurfaceTracer) -> FittedTrees:
-        """Against the gold signal traced at the samples, with the local AO as one of the unknowns."""
+    def refined(self, volume: TreeVolume, tracer: SurfaceTracer) -> Generator[float, None, FittedTrees]:
+        """Against the gold signal traced at the samples, with the local AO as one of the unknowns.
+
+        Yields:
+            The share done, in [0, 1].
+        """
         centre = self._centres(self.trees)
         placed = [self.placed(number) for number in self.trees]
-        instances = [
-            Instance(self._traced(tracer, item, self._settings), item.points - middle, item.area)
-            for item, middle in zip(placed, centre, strict=True)
-        ]
-        found = refine(instances, self.mesh.faces[self._samples.face], self._samples.weights, self._model.local_ao)
+        instances: list[Instance] = []
+        for item, middle in zip(placed, centre, strict=True):
+            yield _TRACING * len(instances) / len(placed)
+            instances.append(Instance(self._traced(tracer, item, self._settings), item.points - middle, item.area))
+        corners = self.mesh.faces[self._samples.face]
+        work = patiently("refine", lambda: refine(instances, corners, self._samples.weights, self._model.local_ao))
+        while True:
+            try:
+                next(work)
+            except StopIteration as stop:
+                found: Refined = stop.value[0]
+                break
+            yield _TRACING
         local = self._samples.interpolate(self.mesh, found.local_ao)
         errors: list[Float64Array] = []
         for item, spot, fit in zip(instances, placed, found.fits, strict=True):
+            yield _TRACING + (1.0 - _TRACING) * len(errors) / len(placed)
             plain = fit_global(item.gold, self._local, item.offsets, item.area)
             models = (
                 _linear(item.gold, item.offsets, item.area),

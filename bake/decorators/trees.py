@@ -64,8 +64,7 @@ def bake_trees(
     fitted: list[FittedTrees] = []
     for fitter in fitters:
         if settings.refine_local:
-            yield Progress("fit trees", len(fitted), 0, _since(begin))
-            fitted.append(fitter.refined(volume, tracer))
+            fitted.append((yield from _refined(fitter, volume, tracer, begin)))
             findings.append(_saved(fitter.mesh.name, fitted[-1]))
             continue
         parts: list[FittedTrees] = []
@@ -150,6 +149,19 @@ def _local(
         fitters.append(fitter)
     clock.ran("trees", f"{len(fitters)} baked alone", _since(begin), rays)
     return fitters
+
+
+def _refined(
+    fitter: MeshFitter, volume: TreeVolume, tracer: TreeTracer, begin: float
+) -> Generator[Progress, None, FittedTrees]:
+    """One mesh with its local AO refined; tells how far it is, in trees."""
+    work, count = fitter.refined(volume, tracer), len(fitter.trees)
+    while True:
+        try:
+            share = next(work)
+        except StopIteration as stop:
+            return stop.value
+        yield Progress("fit trees", round(share * count), count, _since(begin))
 
 
 def _fits(groups: Mapping[int, Sequence[int]], fitted: Sequence[FittedTrees]) -> TreeFits:

@@ -152,6 +152,22 @@ def test_refining_saves_error_and_says_so() -> None:
     assert 0.0 <= baked.models[0].local_ao.min() <= baked.models[0].local_ao.max() <= 1.0
 
 
+def test_refining_tells_how_far_it_is() -> None:
+    """While it traces and checks, trees done grow from none towards all."""
+    oak = leaves(30)
+    scene = scene_of(*((oak, placed(6.0 * x), Role.TREE) for x in range(3)), FAR_FLOOR)
+    settings, device = QUICK.replaced(refine_local=True), resolve("cpu")
+    world = flatten(scene, settings)
+    lent = StagesLent(flatten, place_samples, partial(create_tracer, device=device), map_to_vertices)
+    with create_tracer(world, settings, device) as tracer:
+        told = [p for p in bake_trees(scene, world, settings, tracer, lent, StageClock()) if p.stage == "fit trees"]
+    assert {item.total for item in told} == {3}
+    done = [item.done for item in told]
+    assert done == sorted(done)
+    assert done[0] == 0
+    assert {1, 2} <= set(done)
+
+
 def test_two_hundred_random_placements_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     """Any rotation, scale 0.01 to 100, mirrored, a single leaf, a flat card: finite, bounded, well conditioned."""
     conditions: list[float] = []
