@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 COMMANDS: Mapping[str, str] = {
     "bake": "bake a scene without a window",
+    "explain": "say why a spot has its value: samples, rays, occluders and causes",
     "export": "write a result as .npz, .ply, .glb, .obj or .vao",
     "walk": "walk a character through the regions and find where it pops",
     "regions": "list, check and export the regions in which objects move",
