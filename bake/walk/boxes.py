@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bake.region_types import GRID, PointState, RegionGraph, RegionPoints
-from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
+from bake.types import Float64Array, Int32Array, Int64Array
 
 
 class Boxes:
@@ -29,15 +29,6 @@ class Boxes:
     def holding(self, point: Float64Array) -> Int64Array:
         """The boxes that hold one point, ascending."""
         return np.flatnonzero(((self.minimum <= point) & (point <= self.maximum)).all(axis=1))
-
-    def held(self, region: int, points: Float64Array) -> BoolArray:
-        """Which points, shape (n, 3), lie in one region's box or on its faces."""
-        return ((self.minimum[region] <= points) & (points <= self.maximum[region])).all(axis=1)
-
-    def depth(self, region: Int64Array, point: Float64Array) -> Float64Array:
-        """How deep one point lies in boxes that hold it, shape (r,): 0 on a face, 0.5 in the middle."""
-        inner = np.minimum(point - self.minimum[region], self.maximum[region] - point)
-        return (inner / self.size[region]).min(axis=1)
 
     def distance(self, point: Float64Array) -> Float64Array:
         """How far each box is from one point, shape (r,), metres; 0 inside."""

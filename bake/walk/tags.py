@@ -1,11 +1,14 @@
 """Which region the character is tagged with on each frame (Sloan et al. 2013, section 3).
 
-It stays in its region while that one holds it, so that overlapping boxes don't take turns. A region holds a point of
-its box if it reaches the free space there: one at least of the eight grid points around is connected to its seed.
-Then comes a linked neighbour that holds it. Where none does, as in the thickness of a doorway, the last region counts
-as long as its box is near. After that, or after a teleport, any region that holds the point will do, then any box
-around it, then the nearest box. Of several that do equally the one comes first in which the point lies deepest, and of
-those the first of all.
+It stays in its region while that one holds it, until a linked neighbour holds it better by a margin: so overlapping
+boxes don't take turns, and the change comes near the middle of what they share, where the regularisation makes models
+agree. A region holds a point of its box if it reaches the free space there: one at least of the eight grid points
+around is connected to its seed. It holds it the better the deeper inside the box the point is, up to a metre; of boxes
+inside each other the smaller holds it better.
+
+Once its region no longer holds it, the linked neighbour that holds it best comes next. Where none does, as in the
+thickness of a doorway, the last region counts as long as its box is near. After that, or after a teleport, it is the
+region that holds the point best, else the box around it that would, else the nearest box.
 """
 
 from __future__ import annotations
@@ -16,8 +19,14 @@ from bake.region_types import RegionGraph
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 from bake.walk.boxes import Boxes
 
+MARGIN = 0.2
+"""Metres by which a neighbour must hold the character better, so that it may stroll along a boundary."""
+
 NEAR = 1.0
 """Metres from its box within which a region still counts where no linked neighbour holds the character."""
+
+_DEEPEST = 1.0  # metres from the nearest face beyond which a box holds a point no better
+_A_DECADE = 0.25  # metres less that a box of ten times the volume holds a point
 
 _FRAMES_AT_ONCE = 256
 
@@ -46,7 +55,10 @@ def tag_regions(
         frame += 1
         while frame < len(position):  # as long as it stays, many frames at once
             part = slice(frame, frame + _FRAMES_AT_ONCE)
-            stays = _holds(boxes, current, position[part]) & ~teleported[part]
+            points = position[part]
+            own = _score(boxes, np.array([current]), points)[:, 0]
+            better = _score(boxes, neighbours[current], points) > own[:, None] + MARGIN
+            stays = np.isfinite(own) & ~better.any(axis=1) & ~teleported[part]
             count = int(len(stays) if stays.all() else stays.argmin())
             region[frame : frame + count], inside[frame : frame + count] = current, True
             frame += count
@@ -55,38 +67,46 @@ def tag_regions(
     return region, inside
 
 
-def _holds(boxes: Boxes, region: int, points: Float64Array) -> BoolArray:
-    held = boxes.held(region, points)
-    numbers = np.full(len(points), region, np.int32)
-    held[held] = boxes.open_share(numbers[held], points[held]) > 0.0
-    return held
+def _score(boxes: Boxes, regions: Int64Array, points: Float64Array) -> Float64Array:
+    """How well regions hold points, shape (n, 3) → (n, regions), metres; -inf where they do not."""
+    score = _held_depth(boxes, regions, points)
+    point, number = np.nonzero(np.isfinite(score))
+    reached = boxes.open_share(regions[number], points[point]) > 0.0
+    score[point[~reached], number[~reached]] = -np.inf
+    return score
 
 
-def _next(boxes: Boxes, neighbours: list[set[int]], point: Float64Array, last: int) -> tuple[int, bool]:
+def _held_depth(boxes: Boxes, regions: Int64Array, points: Float64Array) -> Float64Array:
+    """The same, whether or not the regions reach the points."""
+    place = points[:, None]
+    inner = np.minimum(place - boxes.minimum[regions], boxes.maximum[regions] - place).min(axis=2)
+    score: Float64Array = np.minimum(inner, _DEEPEST) - _A_DECADE * np.log10(boxes.size[regions].prod(axis=1))
+    score[inner < 0.0] = -np.inf
+    return score
+
+
+def _next(boxes: Boxes, neighbours: list[Int64Array], point: Float64Array, last: int) -> tuple[int, bool]:
     around = boxes.holding(point)
-    holding = around[boxes.open_share(around, np.broadcast_to(point, (len(around), 3))) > 0.0]
-    distance = boxes.distance(point)
+    score = _score(boxes, around, point[None])[0]
     if last >= 0:
-        linked = holding[[number in neighbours[last] for number in holding.tolist()]]
+        reached = np.isfinite(score)
+        own = score[around == last].max(initial=-np.inf)
+        linked = np.flatnonzero(reached & np.isin(around, neighbours[last]) & (score > own + MARGIN))
         if len(linked):
-            return _deepest(boxes, linked, point), True
-        if distance[last] <= (NEAR if len(around) else distance.min()):
+            return int(around[linked[score[linked].argmax()]]), True
+        distance = boxes.distance(point)
+        if np.isfinite(own) or distance[last] <= (NEAR if len(around) else distance.min()):
             return last, bool(len(around))
-    for candidates in (holding, around):
-        if len(candidates):
-            return _deepest(boxes, candidates, point), True
-    return int(distance.argmin()), False
+    if not len(around):
+        return int(boxes.distance(point).argmin()), False
+    if not np.isfinite(score).any():
+        score = _held_depth(boxes, around, point[None])[0]
+    return int(around[score.argmax()]), True
 
 
-def _deepest(boxes: Boxes, regions: Int64Array, point: Float64Array) -> int:
-    return int(regions[boxes.depth(regions, point).argmax()])
-
-
-def _neighbours(graph: RegionGraph) -> list[set[int]]:
-    neighbours = [set[int]() for _ in range(len(graph))]
-    a: int
-    b: int
-    for a, b in graph.link.tolist():
-        neighbours[a].add(b)
-        neighbours[b].add(a)
-    return neighbours
+def _neighbours(graph: RegionGraph) -> list[Int64Array]:
+    """The regions linked with each, ascending."""
+    here = np.concatenate([graph.link[:, 0], graph.link[:, 1]]).astype(np.int64)
+    there = np.concatenate([graph.link[:, 1], graph.link[:, 0]]).astype(np.int64)
+    order = np.lexsort((there, here))
+    return np.split(there[order], np.cumsum(np.bincount(here, minlength=len(graph)))[:-1])

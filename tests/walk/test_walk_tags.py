@@ -24,12 +24,19 @@ def boxes_of(low: list[list[float]], high: list[list[float]]) -> RegionGraph:
     return chain(np.array(low, np.float64), np.array(high, np.float64))
 
 
-def test_it_stays_while_its_box_holds_it() -> None:
-    """Through an overlap a character keeps the region that it came from, on the way there and back."""
+def test_it_stays_until_beyond_the_boundary() -> None:
+    """In an overlap it changes a little beyond the middle, on the way there and on the way back."""
     regions = build_regions(graph=boxes_of([[0, 0, 0], [3, 0, 0]], [[4, 3, 3], [7, 3, 3]]), invalid=0.0)
-    there = [(x, 1.5, 1.5) for x in (1.0, 3.2, 3.9, 4.1, 5.0)]
-    assert tags(regions, there) == [0, 0, 0, 1, 1]
-    assert tags(regions, there[::-1]) == [1, 1, 1, 1, 0]
+    there = [(x, 1.5, 1.5) for x in (1.0, 3.2, 3.45, 3.55, 3.65, 5.0)]
+    assert tags(regions, there) == [0, 0, 0, 0, 1, 1]
+    assert tags(regions, there[::-1]) == [1, 1, 1, 1, 0, 0]
+
+
+def test_a_region_inside_another_has_its_own_sides() -> None:
+    """Well inside a closet's box it is in the closet, though it is inside the hall's box around that too."""
+    low, high = np.array([[0, 0, 0], [4, 0, 4]], float), np.array([[20, 8, 20], [7, 3, 7]], float)
+    regions = build_regions(graph=chain(low, high), invalid=0.0)
+    assert tags(regions, [(x, 1.5, 5.5) for x in (1.0, 3.9, 4.1, 5.0, 6.0, 6.6, 7.1, 9.0)]) == [0, 0, 0, 1, 1, 1, 0, 0]
 
 
 def test_after_a_teleport_the_past_does_not_count() -> None:
