@@ -138,13 +138,22 @@ class ActionRegistry(QObject):
         """A menu of the actions that stand in a context."""
         menu = QMenu(parent)
         menu.setToolTipsVisible(True)
+        inner: dict[str, QMenu] = {}
         group: tuple[str, int] | None = None
         for spec in self.specs:
-            if place in spec.context:
-                if group is not None and group != (spec.menu, spec.group):
-                    menu.addSeparator()
-                group = (spec.menu, spec.group)
-                menu.addAction(self._actions[spec.id])
+            if place not in spec.context:
+                continue
+            if group is not None and group != (_top(spec.menu), spec.group):
+                menu.addSeparator()
+            group = (_top(spec.menu), spec.group)
+            target = menu
+            if "/" in spec.menu:
+                if spec.menu not in inner:
+                    inner[spec.menu] = QMenu(spec.menu.rpartition("/")[2], menu)
+                    inner[spec.menu].setToolTipsVisible(True)
+                    menu.addMenu(inner[spec.menu])
+                target = inner[spec.menu]
+            target.addAction(self._actions[spec.id])
         return menu
 
     # Keys

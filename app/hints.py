@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PyQt6.QtCore import QEvent, QObject, Qt, pyqtSignal
+from PyQt6.QtGui import QResizeEvent
 from PyQt6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 _MARGIN = 14
@@ -34,6 +35,7 @@ class HintCard(QFrame):
         bottom.addWidget(close)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(12, 10, 12, 10)
+        layout.setSizeConstraint(QVBoxLayout.SizeConstraint.SetFixedSize)
         layout.addWidget(title)
         layout.addLayout(self._rows)
         layout.addLayout(bottom)
@@ -50,7 +52,11 @@ class HintCard(QFrame):
         for number, (what, outcome) in enumerate(rows):
             for column, text in enumerate((f"<b>{what}</b>", outcome)):
                 self._rows.addWidget(QLabel(text), number, column, Qt.AlignmentFlag.AlignLeft)
-        self.adjustSize()
+        self._place()
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Stays in its corner."""
+        super().resizeEvent(event)
         self._place()
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:  # pyright: ignore[reportIncompatibleMethodOverride]

@@ -95,7 +95,7 @@ class Outliner(QWidget):
         header.setSectionResizeMode(Column.NAME, QHeaderView.ResizeMode.Stretch)
         for column in (Column.ROLE, Column.TRIANGLES):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
-            header.resizeSection(column, self.fontMetrics().horizontalAdvance("Triangles") + 22)
+            header.resizeSection(column, self.fontMetrics().horizontalAdvance("888,888") + 12)
         header.resizeSection(Column.ROLE, self.fontMetrics().horizontalAdvance("receiver") + 16)
         header.setSectionResizeMode(Column.EYE, QHeaderView.ResizeMode.Fixed)
         header.resizeSection(Column.EYE, EYE_WIDTH)

@@ -38,7 +38,7 @@ MARK_ROLE = int(Qt.ItemDataRole.UserRole)
 SHOWN_ROLE = MARK_ROLE + 1
 """Share of the objects of a row that is drawn, 0 to 1."""
 
-_TITLES = ("Object", "Role", "Triangles", "")
+_TITLES = ("Object", "Role", "Faces", "")
 _TIPS = (
     "Path of the object; click to sort, once more to turn the order round, a third time for the order of the scene",
     "What the object is to the bake; change it by a right click",

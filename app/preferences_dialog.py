@@ -90,7 +90,7 @@ class PreferencesDialog(QDialog):
         layout.addWidget(
             _group(
                 "Keeping",
-                {"Results": self.cache, "Used": room, "Undo": self.undo, "Autosave every": self.autosave},
+                {"Room for results": self.cache, "Taken now": room, "Undo": self.undo, "Autosave every": self.autosave},
             )
         )
         buttons = QDialogButtonBox(

@@ -28,9 +28,9 @@ from app.window_parts import Part
 PARTS: tuple[type[Part], ...] = (
     FilesPart,
     ReviewPart,
-    HistoryPart,
     EditPart,
     PanelsPart,
+    HistoryPart,
     SelectionsPart,
     SceneEditsPart,
     SceneWatchPart,

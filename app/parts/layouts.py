@@ -55,6 +55,7 @@ class LayoutsPart(Part):
         bench, window = self.bench, self.bench.window
         self._default_state = window.saveState(LAYOUT_VERSION)
         self.use(PRESETS[0])
+        bench.docks["Bake"].raise_()  # what a new user needs first
         geometry, state = bench.store.value("window/geometry"), bench.store.value("window/state")
         if isinstance(geometry, QByteArray):
             window.restoreGeometry(geometry)

@@ -11,7 +11,7 @@ from app.undo_step import Step
 from app.window_parts import Part, Workbench
 from bake.types import BoolArray
 
-_SELECT, _SHOW = 1, 2
+_SELECT = 1
 
 
 class SelectionsPart(Part):
@@ -163,9 +163,7 @@ class SelectionsPart(Part):
         words = [f"{word} {count}" for word, count in (("hide", hidden), ("show", shown)) if count]
         text = f"{', '.join(words)} object{'s' if hidden + shown != 1 else ''}"
         restore = self._restore_visibility
-        self.bench.undo.push(
-            Step(text, redo=lambda: restore(after), undo=lambda: restore(before), done=True, kind=_SHOW)
-        )
+        self.bench.undo.push(Step(text, redo=lambda: restore(after), undo=lambda: restore(before), done=True))
 
     def _restore_selection(self, selection: tuple[int, ...], last: int) -> None:
         self._replaying = True
