@@ -31,7 +31,7 @@ TESTS: tuple[Callable[[Suspect], Cause | None], ...] = (
 )
 
 IMPLIES = {
-    CauseKind.UNIT: (CauseKind.BURIED, CauseKind.TWIN, CauseKind.SHEET),
+    CauseKind.UNIT: (CauseKind.BURIED, CauseKind.TWIN, CauseKind.SHEET, CauseKind.SEAM, CauseKind.STARVED),
     CauseKind.AGAINST_FACE: (CauseKind.SHEET, CauseKind.BURIED),
     CauseKind.TWIN: (CauseKind.SHEET,),
 }

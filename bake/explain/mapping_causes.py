@@ -19,7 +19,7 @@ from bake.types import BoolArray, Float64Array
 GAP = 0.08
 """AO by which a value must be darker than what can be seen before the mapping is blamed."""
 
-BURIED = 0.6
+BURIED = 0.5
 """Share of hits from behind above which a sample lies inside something."""
 
 SEAM_REACH = 1e-3

@@ -19,7 +19,7 @@ class Shell:
             1 inside one that shows outwards, 0 outside.
         closed: Share of its edges, by length, that two faces share.
         inward: Share of its area that shows to the middle of its box.
-        crossed: Objects that reach from inside its box to outside, among those that cast.
+        crossed: Other casting objects that go through its box.
     """
 
     winding: float
@@ -116,13 +116,14 @@ def winding_number(corners: Float64Array) -> float:
 
 
 def _crossing(world: World, number: int, low: Float64Array, high: Float64Array) -> int:
-    """Casting objects with vertices well inside a box and well outside of it."""
+    """Casting objects that have faces well inside a box and vertices well outside of it."""
     inner = 0.1 * (high - low)
     owner = np.repeat(np.arange(world.object_count), np.diff(world.first_vertex))
-    inside = np.all((world.positions > low + inner) & (world.positions < high - inner), axis=1)
     outside = np.any((world.positions < low - inner) | (world.positions > high + inner), axis=1)
-    has_inside = np.bincount(owner, inside, world.object_count) > 0
     has_outside = np.bincount(owner, outside, world.object_count) > 0
-    casts = np.array([role.casts_opaque for role in world.object_roles], np.bool_)
-    casts[number] = False
-    return int(np.count_nonzero(has_inside & has_outside & casts))
+    faces = np.flatnonzero(has_outside[world.face_object] & (world.face_object != number) & world.face_casts)
+    reaches = np.ones(len(faces), np.bool_)
+    for axis in range(3):
+        corner = world.positions[:, axis][world.faces[faces]]
+        reaches &= (corner.max(axis=1) > low[axis] + inner[axis]) & (corner.min(axis=1) < high[axis] - inner[axis])
+    return len(np.unique(world.face_object[faces[reaches]]))
