@@ -89,13 +89,12 @@ def find_floors(solids: Solids, plan: Plan, up: Upright, nearest: Nearest, two_s
     """
     last_of_column = np.append(np.diff(solids.column) != 0, True) if len(solids.column) else np.zeros(0, np.bool_)
     following = np.minimum(np.arange(len(solids.column)) + 1, max(len(solids.column) - 1, 0))
-    ceiling = np.where(last_of_column, np.inf, plan.bottom + plan.step * solids.low[following])
-    floor = plan.bottom + plan.step * solids.high
+    ceiling: Float64Array = np.where(last_of_column, np.inf, plan.bottom + plan.step * solids.low[following])
+    floor: Float64Array = (plan.bottom + plan.step * solids.high).astype(np.float64)
     room = ceiling - floor >= HEAD_ROOM
     doubtful = np.flatnonzero(room & ~last_of_column & solids.hollow[following])
-    points = np.concatenate(
-        [plan.centre(solids.column[doubtful]), (floor[doubtful] + 0.5 * HEAD_ROOM)[:, None]], axis=1
-    )
+    body: Float64Array = floor[doubtful] + 0.5 * HEAD_ROOM
+    points = np.concatenate([plan.centre(solids.column[doubtful]), body[:, None]], axis=1)
     under, rays = _under_something(points, plan, up, nearest, two_sided)
     room[doubtful[under]] = False
     gap = np.flatnonzero(room)
@@ -170,7 +169,7 @@ def _under_something(
     key = (block[:, 0] * width[1] + block[:, 1]) * width[2] + block[:, 2]
     _, chosen, group = np.unique(key, return_index=True, return_inverse=True)
     origins = np.repeat(up.world(points[chosen]), _LOOKS, axis=0).astype(np.float32)
-    number = np.arange(_LOOKS) + 0.5
+    number = np.arange(_LOOKS, dtype=np.float64) + 0.5
     spiral = sphere_direction(0.5 * number / _LOOKS, 0.61803398875 * number % 1.0)  # heights from 1 down to 0
     directions: Float32Array = np.tile(up.world(spiral), (len(chosen), 1)).astype(np.float32)
     backs = np.zeros(len(origins), np.bool_)

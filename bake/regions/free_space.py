@@ -135,5 +135,5 @@ def _beside(way: Float64Array) -> Float64Array:
 
 def _directions(count: int) -> Float32Array:
     """A fixed spiral over the sphere, shape (count, 3): no direction lies along an axis, as walls and edges do."""
-    number = np.arange(count) + 0.5
+    number = np.arange(count, dtype=np.float64) + 0.5
     return sphere_direction(number / count, 0.61803398875 * number % 1.0).astype(np.float32)

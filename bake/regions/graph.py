@@ -15,7 +15,8 @@ from bake.regions.free_space import FreeSpace
 from bake.regions.links import meeting_pairs
 from bake.regions.obstacles import stopping_faces
 from bake.regions.rays import Nearest
-from bake.regions.region_file import RegionFile, from_boxes, read_region_file
+from bake.regions.region_document import RegionFile, from_boxes
+from bake.regions.region_file import read_region_file
 from bake.regions.space import RegionSpace
 from bake.regions.stated import boxes_in_world, links_between, open_links
 from bake.regions.upright import find_up
@@ -117,7 +118,7 @@ def _automatic(
 
 
 def _without_points(names: tuple[str, ...], valid: BoolArray, where: str) -> list[Finding]:
-    empty = np.flatnonzero(~valid.any(axis=1))
+    empty: list[int] = np.flatnonzero(~valid.any(axis=1)).tolist()
     if len(empty) == 0:
         return []
     shown = ", ".join(names[i][:40] for i in empty[:5]) + (" …" if len(empty) > 5 else "")

@@ -42,22 +42,23 @@ def _attach(floors: Floors, air: BoolArray, rectangles: Rectangles) -> int:
         [extreme.reduceat(values, first) for extreme in (np.minimum, np.maximum) for values in (i, j)], axis=1
     )
     floor = floors.floor[left[order]]
-    lowest, highest = np.minimum.reduceat(floor, first), np.maximum.reduceat(floor, first)
+    heights = np.stack([np.minimum.reduceat(floor, first), np.maximum.reduceat(floor, first)], axis=1)
 
     touching: list[Int64Array] = []
     for side in range(4):
         beside = floors.beside[left, side]
         owner = np.where(beside >= 0, rectangles.owner[beside], -1)
-        touching.append(np.stack([part[owner >= 0], owner[owner >= 0]]))
+        touching.append(np.stack([part[owner >= 0], owner[owner >= 0]]).astype(np.int64))
     pairs = np.unique(np.concatenate(touching, axis=1), axis=1)
     bounds = np.searchsorted(pairs[0], np.arange(len(first) + 1))
     taken = 0
     for number in np.argsort(-size, kind="stable").tolist():
         candidates = pairs[1, bounds[number] : bounds[number + 1]]
-        chosen = _least_growth(rectangles, candidates, box[number], lowest[number], highest[number])
+        lowest, highest = float(heights[number, 0]), float(heights[number, 1])
+        chosen = _least_growth(rectangles, candidates, box[number], lowest, highest)
         if chosen < 0:
             continue
-        rectangles.enlarge(chosen, box[number], lowest[number], highest[number])
+        rectangles.enlarge(chosen, box[number], lowest, highest)
         cells = left[order[first[number] : first[number] + size[number]]]
         rectangles.give(chosen, cells)
         taken += 1

@@ -10,7 +10,7 @@ from bake.errors import SceneError
 from bake.region_types import GRID
 from bake.regions.boundaries import Openings
 from bake.regions.links import meeting_pairs
-from bake.regions.region_file import FileLink, FileRegion, RegionFile
+from bake.regions.region_document import FileLink, FileRegion, RegionFile
 from bake.types import BoolArray, Finding, Float64Array, Int32Array, World
 
 THINNEST = 64.0 * 2.0**-24

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
+from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from bake.region_types import GRID
@@ -81,7 +81,8 @@ def _reach(
     label = _grid_parts(points, free, width)
     reach = np.repeat(np.linalg.norm(maximum - minimum, axis=1), grid)
     flat = points.reshape(-1, 3)
-    inside, room = (values.reshape(count, grid) for values in free.look(flat, reach))
+    inside, room = free.look(flat, reach)
+    inside, room = inside.reshape(count, grid), room.reshape(count, grid)
     given = np.isfinite(seed).all(axis=1)
     seed = seed.copy()
     reached = np.zeros((count, grid), np.bool_)
@@ -103,19 +104,15 @@ def _reach(
 def _grid_parts(points: Float64Array, free: FreeSpace, width: Float64Array) -> Int64Array:
     """Numbers of the parts into which blocked segments divide each grid, shape (r, g), from 0 in every region."""
     count, grid = points.shape[:2]
-    number = np.arange(grid).reshape(GRID, GRID, GRID)
-    ends = [
-        (number[:-1].ravel(), number[1:].ravel()),
-        (number[:, :-1].ravel(), number[:, 1:].ravel()),
-        (number[:, :, :-1].ravel(), number[:, :, 1:].ravel()),
-    ]
-    a, b = (np.concatenate(side) for side in zip(*ends, strict=True))
+    number = np.arange(grid, dtype=np.int64).reshape(GRID, GRID, GRID)
+    a = np.concatenate([part.ravel() for part in (number[:-1], number[:, :-1], number[:, :, :-1])])
+    b = np.concatenate([part.ravel() for part in (number[1:], number[:, 1:], number[:, :, 1:])])
     clear = free.clear(
         points[:, a].reshape(-1, 3), points[:, b].reshape(-1, 3), width=np.repeat(width, len(a))
     ).reshape(count, len(a))
     region, segment = np.nonzero(clear)
-    joined = coo_matrix(
-        (np.ones(len(region), np.bool_), (region * grid + a[segment], region * grid + b[segment])),
+    joined = coo_array(
+        (np.ones(len(region), np.int8), (region * grid + a[segment], region * grid + b[segment])),
         shape=(count * grid, count * grid),
     )
     label = connected_components(joined, directed=False)[1].reshape(count, grid).astype(np.int64)

@@ -78,7 +78,7 @@ def _below_seeds(floors: Floors, label: Int32Array, seeds: Float64Array) -> Bool
         if not (0 <= i < shape[0] and 0 <= j < shape[1]):
             continue
         column = i * shape[1] + j
-        cell = np.arange(floors.first[column], floors.first[column + 1])
+        cell = np.arange(int(floors.first[column]), int(floors.first[column + 1]))
         cell = cell[(floors.floor[cell] <= height + STEP) & (floors.ceiling[cell] >= height)]
         if len(cell):
             wanted[label[cell[-1]]] = True
