@@ -165,4 +165,5 @@ def energy_text(energies: np.ndarray, *, as_baked: bool) -> str:
     if len(energies) < 2:
         return "Nothing to regularise: the models are as fitted."
     last = energies[-1] / energies[0] if energies[0] > 0.0 else 1.0
-    return f"{len(energies) - 1:,} sweeps brought the energy to {last:.2%} of what it was."
+    sweeps = len(energies) - 1
+    return f"{sweeps:,} sweep{'s' if sweeps > 1 else ''} brought the energy to {last:.2%} of what it was."

@@ -6,13 +6,45 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bake.region_types import PointState, RegionPoints, Regions
-from bake.regions.fit import fit_regions, with_errors
-from bake.regions.mismatch import boundary_mismatch
+from bake.region_types import PointState, RegionGraph, RegionPoints, Regions
+from bake.regions.fit import with_errors
+from bake.regions.models import fit_and_absorb, regularised_regions
 from bake.regions.moments import Moments, sum_points
 from bake.regions.regularise import regularise
 from bake.settings import BakeSettings
-from bake.types import BoolArray, Float64Array
+from bake.types import BoolArray, Float64Array, Int64Array, UInt8Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """What decides the fitted models, besides what was traced.
+
+    Attributes:
+        bits: Validity of every grid point, shape (r · 512,), bool, if it is not the baked one.
+        optimise_centre: Whether centres are searched.
+        is_new: Whether the stored models differ from these.
+    """
+
+    bits: BoolArray | None
+    optimise_centre: bool
+    is_new: bool
+
+    def is_same(self, other: Fit) -> bool:
+        """Whether the fitted models are the same."""
+        return self.bits is other.bits and self.optimise_centre == other.optimise_centre
+
+
+@dataclass(frozen=True, slots=True)
+class Sums:
+    """What fits and errors need to know of the points.
+
+    Attributes:
+        state: Of every grid point when they were summed.
+        moments: Sums over the valid ones of each region.
+    """
+
+    state: UInt8Array
+    moments: Moments
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,13 +52,15 @@ class Refit:
     """Regions made again.
 
     Attributes:
+        fit: Which models were fitted.
         regions: With other points or models; graph and tracing are those of the bake.
-        moments: Sums over the points, which the next refit of the same points need not take again.
+        sums: Over their points.
         energies: Shape (sweeps + 1,): E before and after each sweep of the regularisation.
     """
 
+    fit: Fit
     regions: Regions
-    moments: Moments
+    sums: Sums
     energies: Float64Array
 
 
@@ -63,38 +97,74 @@ def with_bits(points: RegionPoints, bits: BoolArray, threshold: float) -> Region
     return replace(points, state=state)
 
 
-def refit(baked: Regions, settings: BakeSettings, bits: BoolArray | None = None, known: Refit | None = None) -> Refit:
+def summed(points: RegionPoints, graph: RegionGraph, known: Sums | None = None) -> Sums:
+    """Sums over valid points; of regions whose points are as they were in `known`, its own."""
+    state = np.asarray(points.state)
+    if known is None or len(known.state) != len(state):
+        return Sums(state, sum_points(points, graph))
+    changed = np.flatnonzero((state != known.state).reshape(len(graph), -1).any(axis=1))
+    if not len(changed):
+        return known
+    fresh = sum_points(*_only(points, graph, changed))
+    old = known.moments
+    parts = (
+        (np.array(old.levels), fresh.levels), (np.array(old.count), fresh.count), (np.array(old.design), fresh.design),
+        (np.array(old.cross), fresh.cross), (np.array(old.square), fresh.square),
+    )  # fmt: skip
+    for whole, part in parts:
+        whole[changed] = part
+    return Sums(state, Moments(*(whole for whole, _ in parts)))
+
+
+def refit(
+    baked: Regions, settings: BakeSettings, fit: Fit, known: Refit | None = None, sums: Sums | None = None
+) -> Refit:
     """Fits and regularises again what was traced.
 
     Args:
         baked: As stored.
-        settings: β, sweeps, tolerance, optimised centres and the back-face threshold are taken from here.
-        bits: Validity of every grid point, if it is not the baked one.
-        known: An earlier refit with the same bits: its points and its fit are kept, and only the regularisation is
-            made again, unless the centres are to be found in another way.
+        settings: Those of the regions are taken from here, and the back-face threshold.
+        fit: Which models are fitted: as stored, or anew.
+        known: An earlier refit for the same fit: only the regularisation is made again.
+        sums: Those of some earlier points of the same regions: only what changed is summed again.
     """
-    if known is None:
-        points = baked.points if bits is None else with_bits(baked.points, bits, settings.back_face_threshold)
-        moments = sum_points(points, baked.graph)
-        fitted = fit_regions(points, baked.graph, settings, owner=baked.owner, moments=moments)
-        before = boundary_mismatch(fitted, baked.graph)
-    else:
-        points, moments = known.regions.points, known.moments
-        fitted, before = known.regions.fitted, known.regions.mismatch_before
+    if known is None and fit.is_new:
+        points = baked.points if fit.bits is None else with_bits(baked.points, fit.bits, settings.back_face_threshold)
+        sums = summed(points, baked.graph, sums)
+        fitted = fit_and_absorb(points, baked.graph, settings, moments=sums.moments)
+        regions, energies = regularised_regions(points, baked.graph, fitted, settings)
+        return Refit(fit, regions, sums, energies)
+    base = baked if known is None else known.regions
+    sums = summed(base.points, base.graph, sums) if known is None else known.sums
     smooth = regularise(
-        fitted,
-        baked.graph,
+        base.fitted,
+        base.graph,
         beta=settings.region_beta,
         sweeps=settings.region_sweeps,
         tolerance=settings.region_tolerance,
-        owner=baked.owner,
+        owner=base.owner,
     )
-    regions = replace(
-        baked,
-        points=points,
-        fitted=fitted,
-        regularised=with_errors(smooth.models, moments),
-        mismatch_before=before,
-        mismatch_after=smooth.mismatch,
+    regions = replace(base, regularised=with_errors(smooth.models, sums.moments), mismatch_after=smooth.mismatch)
+    return Refit(fit, regions, sums, smooth.energies)
+
+
+def _only(points: RegionPoints, graph: RegionGraph, chosen: Int64Array) -> tuple[RegionPoints, RegionGraph]:
+    """Some regions without their links, and their points."""
+    count = len(points.state) // max(len(graph), 1)
+    rows = (chosen[:, None] * count + np.arange(count)).ravel()
+    traced = np.asarray(points.traced)
+    place = np.full(len(points.state), -1, np.int64)
+    place[rows] = np.arange(len(rows))
+    kept = place[traced] >= 0
+    part = RegionPoints(
+        position=np.asarray(points.position)[rows],
+        state=np.asarray(points.state)[rows],
+        back_face_share=np.asarray(points.back_face_share)[rows],
+        traced=place[traced[kept]].astype(np.int32),
+        sh=np.asarray(points.sh)[kept],
+        windowed=np.asarray(points.windowed)[kept],
     )
-    return Refit(regions, moments, smooth.energies)
+    names = tuple(graph.names[number] for number in chosen.tolist())
+    low, high, seed = graph.minimum[chosen], graph.maximum[chosen], graph.seed[chosen]
+    none = np.zeros((0, 2), np.int32)
+    return part, RegionGraph(names, low, high, seed, none, np.zeros(0), np.zeros((0, 3)), graph.origin)

@@ -71,6 +71,8 @@ class RegionsPart(Part):
         self.table.region_chosen.connect(self._on_region_chosen)
         self.table.link_chosen.connect(self._on_link_chosen)
         self.live.failed.connect(bench.banner.show_message)
+        bench.docks[PANEL].visibilityChanged.connect(lambda _shown: self._get_ready())
+        state.opened.connect(self._get_ready)
         for event in (state.opened, state.view_changed, state.tool_changed):
             event.connect(self._on_state)
         self._on_state()
@@ -167,6 +169,10 @@ class RegionsPart(Part):
         for name in registry.actions:
             if name.startswith("region-") and name not in WITHOUT_REGIONS:
                 registry.enable(name, has, _NO_REGIONS)
+
+    def _get_ready(self) -> None:
+        if self.panel.isVisible():
+            self.live.get_ready()
 
     def _on_region_chosen(self, region: int) -> None:
         self.state.set_view(self.state.view.replaced(region=region, link=-1))

@@ -25,7 +25,7 @@ from viewer.region_marks import (
 from viewer.region_values import link_scale, region_colors, region_scale
 from viewer.region_view import PointSet, RegionView
 
-POINT_PIXELS = 6.0
+POINT_PIXELS, ALL_PIXELS = 6.0, 3.0
 _IN_FRONT = " in front"
 
 
@@ -107,8 +107,8 @@ class RegionPresenter:
         if view.boxes is not None:
             shapes = box_lines(regions, region_colors(regions, view, view.boxes, self._state.region_bytes))
             shadows = box_shadows(regions)
-        self._put("shadows", shadows, front=view.through_walls, width=4.0)
-        self._put("boxes", shapes, front=view.through_walls, width=2.0)
+        self._put("shadows", shadows, front=view.through_walls, width=2.8)
+        self._put("boxes", shapes, front=view.through_walls, width=1.6)
 
     def _draw_chosen(self, regions: Regions, view: RegionView) -> None:
         chosen = highlighted(regions, view)
@@ -125,7 +125,7 @@ class RegionPresenter:
     def _draw_points(self, regions: Regions, view: RegionView) -> None:
         points: OverlayPoints | None = grid_points(regions, view, self._state.pending)
         for viewport in self._viewports():
-            viewport.set_points("region points", points, POINT_PIXELS)
+            viewport.set_points("region points", points, ALL_PIXELS if view.points is PointSet.ALL else POINT_PIXELS)
 
     def _draw_centres(self, regions: Regions, view: RegionView) -> None:
         shapes = model_centres(regions, view) if view.centres else None

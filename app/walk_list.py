@@ -6,16 +6,13 @@ from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtGui import QColor, QIcon, QPixmap
 from PyQt6.QtWidgets import QHBoxLayout, QLabel, QSplitter, QToolButton, QVBoxLayout, QWidget
 
-from app.tables import Cell, RowsView
+from app.column_table import ColumnTable
 from app.walk_painting import variant_color
 from app.walk_plot import WalkPlot
 from app.walk_state import WalkState
-from bake.walk import Variant
+from bake.walk import Variant, Walk
 from viewer.walk_curves import TITLES
 from viewer.walk_rows import pop_columns
-
-_MOST_ROWS = 500
-"""Pops listed at most, those of most codes; the count above says so."""
 
 
 class WalkList(QWidget):
@@ -27,6 +24,7 @@ class WalkList(QWidget):
         super().__init__(parent)
         self._state = state
         self._filling = False
+        self._listed: tuple[Walk | None, frozenset[Variant]] = (None, frozenset())
         self.plot = WalkPlot(state)
         self.plot.pop_chosen.connect(self.pop_chosen)
         self.buttons: dict[Variant, QToolButton] = {}
@@ -42,13 +40,9 @@ class WalkList(QWidget):
         column.addLayout(row)
         column.addWidget(self.plot, 1)
         self._count = QLabel()
-        self.view = RowsView(("Boundary", "Time s", "Codes", "Step", "Facing", "Variant"), stretch=0)
+        self.view = ColumnTable()
         self.view.setToolTip("Frames on which the figure visibly jumps; click one to go there and see its boundary")
-        self.view.setSortingEnabled(True)
-        self.view.sortByColumn(2, Qt.SortOrder.DescendingOrder)
-        selection = self.view.selectionModel()
-        assert selection is not None
-        selection.selectionChanged.connect(self._on_selection)
+        self.view.row_chosen.connect(lambda row: self.pop_chosen.emit(state.pops[row]))
         right = QWidget()
         column = QVBoxLayout(right)
         column.setContentsMargins(0, 0, 0, 0)
@@ -87,30 +81,17 @@ class WalkList(QWidget):
         for variant, button in self.buttons.items():
             button.setChecked(variant in state.view.variants)
             button.setEnabled(state.walk is None or variant in state.walk.ao)
-        pops = state.pops
-        shown = pops[:_MOST_ROWS]
-        if regions is not None:
-            cells = [
-                [Cell(text, key) for text, key in zip(column.texts, column.keys, strict=True)]
-                for column in pop_columns(shown, regions)
-            ]
-            self.view.set_rows(list(zip(*cells, strict=True)))
-        else:
-            self.view.set_rows([])
         self._filling = False
-        text = f"{len(pops):,} pop{'' if len(pops) == 1 else 's'}"
-        if len(shown) < len(pops):
-            text += f", the worst {len(shown)} listed"
-        self._count.setText(text if state.walk is not None else "Pops")
+        pops, walk = state.pops, state.walk
+        if (walk, state.view.variants) == self._listed:
+            return
+        by_codes = self._listed[0] is None
+        self._listed = (walk, state.view.variants)
+        columns = pop_columns(pops, regions) if regions is not None and walk is not None else ()
+        self.view.set_columns(columns, sorted_by=2 if by_codes else None, descending=True)
+        self._count.setText(f"{len(pops):,} pop{'' if len(pops) == 1 else 's'}" if walk is not None else "Pops")
 
     def _on_button(self, variant: Variant, on: bool) -> None:
         if not self._filling:
             variants = self._state.view.variants
             self._state.set_view(variants=variants | {variant} if on else variants - {variant})
-
-    def _on_selection(self) -> None:
-        selection = self.view.selectionModel()
-        rows = selection.selectedRows() if selection is not None else []
-        if rows and not self._filling:
-            number = self.view.proxy.mapToSource(rows[0]).row()
-            self.pop_chosen.emit(self._state.pops[number])

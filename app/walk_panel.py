@@ -11,7 +11,12 @@ from app.walk_play_group import WalkPlayGroup
 from app.walk_state import WalkState
 from viewer.walk_rows import FIGURES, figure_rows
 
-_SHORT = {"Blended in time": "In time", "Blended in space": "In space", "In space and time": "Both"}
+_SHORT = {
+    "Regularised": "Regul.",
+    "Blended in time": "Time",
+    "Blended in space": "Space",
+    "In space and time": "Both",
+}
 
 
 class WalkPanel(QWidget):
@@ -59,4 +64,4 @@ class WalkPanel(QWidget):
             return
         rows = [[_SHORT.get(name, name), *cells] for name, *cells in figure_rows(walk)]
         headings = ["", *(name for name, _ in FIGURES)]
-        self._figures.setText(small_table(headings, rows))
+        self._figures.setText(small_table(headings, rows).replace("<table>", '<table cellspacing="0">'))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 
@@ -35,13 +37,13 @@ def region_columns(
         Column("Region", graph.names, graph.names, "Name of the region"),
         Column(
             "Size m",
-            [" × ".join(f"{edge:.3g}" for edge in row) for row in size],
+            Formatted(np.arange(len(size)), lambda row: " × ".join(f"{edge:.3g}" for edge in size[int(row)])),
             np.prod(size, axis=1).tolist(),
             "Edges of its box along x, y and z; sorted by volume",
         ),
         Column(
             "Valid",
-            [f"{count} / {POINTS}" for count in valid],
+            Formatted(valid, lambda count: f"{count:.0f} / {POINTS}"),
             valid.tolist(),
             "Grid points that are reachable and do not see too many back faces",
         ),
@@ -61,14 +63,14 @@ def region_columns(
         Column("Centre", [CENTRE_WORDS[kind] for kind in kinds], [int(kind) for kind in kinds], "Centre of its model"),
         Column(
             "Terms",
-            [f"{count} / {PARAMETERS}" for count in terms],
+            Formatted(terms, lambda count: f"{count:.0f} / {PARAMETERS}"),
             terms.tolist(),
             "Parameters that its points determined: the mean and six one-sided derivatives",
         ),
         Column(
             "Bytes",
-            [f"{int(count):,}" for count in region_bytes],
-            [int(count) for count in region_bytes],
+            Formatted(region_bytes, "{:,.0f}".format),
+            region_bytes.tolist(),
             "Memory of the model in the engine's packed form",
         ),
         Column(
@@ -89,7 +91,7 @@ def boundary_columns(regions: Regions, distances: Sequence[float]) -> list[Colum
         Column("Neighbour", names[1], names[1], "The other one"),
         Column(
             "Area m²",
-            [f"{area:.3g}" for area in graph.link_area],
+            Formatted(graph.link_area, "{:.3g}".format),
             graph.link_area.tolist(),
             "How much boundary the two share; it weighs their agreement",
         ),
@@ -130,9 +132,36 @@ def _taken(regions: Regions) -> list[tuple[str, int]]:
     return rows
 
 
+@dataclass(frozen=True, slots=True)
+class Formatted(Sequence[str]):
+    """Numbers as texts, each made when it is looked at: of thousands of rows only some are in view.
+
+    Attributes:
+        values: The numbers.
+        text: Makes a text of one.
+    """
+
+    values: np.ndarray
+    text: Callable[[float], str]
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @overload
+    def __getitem__(self, index: int) -> str: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Formatted: ...
+
+    def __getitem__(self, index: int | slice) -> str | Formatted:
+        if isinstance(index, slice):
+            return Formatted(self.values[index], self.text)
+        return self.text(float(self.values[index]))
+
+
 def _numbers(heading: str, values: np.ndarray, tip: str) -> Column:
-    keys = [_UNKNOWN if np.isnan(value) else float(value) for value in values]
-    return Column(heading, [_number(value) for value in values], keys, tip)
+    keys = np.where(np.isnan(values), _UNKNOWN, values)
+    return Column(heading, Formatted(values, _number), keys.tolist(), tip)
 
 
 def _number(value: float) -> str:

@@ -57,8 +57,8 @@ def _figures(metrics: WalkMetrics, variant: Variant) -> list[str]:
     real = variant is Variant.TRUTH
     return [
         f"{metrics.worst_step:.4f}",
-        f"{metrics.worst_codes:.1f}",
+        f"{metrics.worst_codes:.1f}" if metrics.worst_codes < 10.0 else f"{metrics.worst_codes:.0f}",
         "–" if real else f"{metrics.pops:,}",
         "–" if real or math.isnan(metrics.lag) else f"{metrics.lag:.2f}",
-        "–" if real or math.isnan(metrics.mean_error) else f"{metrics.mean_error:.4f}",
+        "–" if real or math.isnan(metrics.mean_error) else f"{metrics.mean_error:.3f}",
     ]

@@ -13,7 +13,7 @@ OPTIONS = {"rays": 16, "samples-per-face": "1:2", "tracer": "embree", "device": 
 def write_regions(folder: Path) -> Path:
     """Writes the region file; returns its path."""
     boxes = {
-        "west": ((-5.0, 0.2, -5.0), (-1.4, 3.0, 5.0)),
+        "west": ((-5.0, -0.6, -5.0), (-1.4, 3.0, 5.0)),
         "room": ((-1.5, 0.1, -1.5), (1.5, 1.9, 1.5)),
         "north": ((-1.5, 0.2, -5.0), (5.0, 3.0, -1.4)),
         "east": ((1.4, 0.2, -1.5), (5.0, 3.0, 5.0)),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bake.region_types import GRID, PARAMETERS, PointState, RegionGraph, RegionModels, RegionPoints, Regions
+from bake.regions.evaluate import harmonics
 
 OPEN = np.sqrt(4.0 * np.pi)
 
@@ -38,14 +39,14 @@ def row_of_regions(count: int = 4, *, columns: int = 2, seed: int = 1, size: flo
     smooth[:, 0] = 0.5 * (coefficients[:, 0] + coefficients[:, 0].mean(axis=0))
     regularised = RegionModels(middle, smooth, ones, fitted.centre_kind, rmse * 1.1)
     before = np.abs(np.diff(coefficients[:, 0, 0] / OPEN, axis=0)).astype(np.float32)
-    points = _points(graph, coefficients, columns)
+    points = _points(graph, fitted)
     return Regions(
         graph, points, fitted, regularised, before, before / 2, (), np.zeros((0, columns), np.float32),
         np.arange(count, dtype=np.int32),
     )  # fmt: skip
 
 
-def _points(graph: RegionGraph, coefficients: np.ndarray, columns: int) -> RegionPoints:
+def _points(graph: RegionGraph, models: RegionModels) -> RegionPoints:
     steps = (np.arange(GRID) + 0.5) / GRID
     grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     position = graph.minimum[:, None] + grid * (graph.maximum - graph.minimum)[:, None]
@@ -54,6 +55,8 @@ def _points(graph: RegionGraph, coefficients: np.ndarray, columns: int) -> Regio
     state[:, 3] = PointState.BACK_FACES
     share = np.where(state == PointState.BACK_FACES, 0.6, 0.0).astype(np.float32).ravel()
     traced = np.flatnonzero(state.ravel() != PointState.UNREACHABLE).astype(np.int32)
-    sh = coefficients[traced // GRID**3, 0]
+    position = position.reshape(-1, 3)
+    noise = 0.01 * np.random.default_rng(7).standard_normal((len(traced), 9, 1))
+    sh = (harmonics(models, traced // GRID**3, position[traced]) + noise).astype(np.float32)
     windowed = np.zeros(len(traced), np.uint8)
-    return RegionPoints(position.reshape(-1, 3).astype(np.float32), state.ravel(), share, traced, sh, windowed)
+    return RegionPoints(position.astype(np.float32), state.ravel(), share, traced, sh, windowed)

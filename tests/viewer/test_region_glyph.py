@@ -92,6 +92,7 @@ def test_tables_have_a_row_a_region_and_a_boundary() -> None:
         models = regions.fitted if as_fitted else regions.regularised
         error = next(column for column in columns if column.heading == "RMSE 2 m")
         assert error.keys == pytest.approx(models.rmse[:, 0].tolist())
+        assert list(error.texts) == [f"{value:.4f}" for value in models.rmse[:, 0]]
     columns = boundary_columns(regions, (2.0, 300.0))
     assert {len(column.texts) for column in columns} == {3}
     assert columns[0].texts == ["cell 0", "cell 1", "cell 2"]
@@ -104,7 +105,7 @@ def test_absorbed_regions_say_whose_model_they_use() -> None:
         row_of_regions(3), absorbed=(("cell 1", "cell 0"),), absorbed_error=np.array([[0.01, 0.02]], np.float32)
     )
     column = region_columns(regions, RegionView(), (2.0, 300.0), np.zeros(3))[-1]
-    assert column.texts == ["takes cell 1", "in cell 0, costs 0.0200", ""]
+    assert list(column.texts) == ["takes cell 1", "in cell 0, costs 0.0200", ""]
 
 
 def test_region_without_points_has_a_dash_for_its_error() -> None:
