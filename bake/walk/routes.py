@@ -9,9 +9,10 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from bake.region_types import GRID, PointState
+from bake.regions.floor_below import Floor
 from bake.regions.free_space import FreeSpace
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array, Regions
-from bake.walk.standing import Floor, Standing, find_standing, seen_from
+from bake.walk.standing import Standing, find_standing, seen_from
 
 _TRIED = 24  # places that a link's passage looks for, on either side
 _MOST_PASSAGES = 48  # in one region: of more, not every two look for each other
@@ -53,7 +54,7 @@ class Routes:
         graph = regions.graph
         self._count = len(graph)
         standing = find_standing(regions, floor, free)
-        self._passage = _passages(regions, floor)
+        self._passage = floor.lowered_centres(graph.link, graph.link_centre, graph.minimum, graph.maximum)
         self._weight = np.where(_is_level(regions, floor), _IN_THE_AIR, 1.0)
         seen = [seen_from(standing, graph.link[:, side], self._passage, free, most=_TRIED) for side in (0, 1)]
         links = [np.flatnonzero((graph.link == number).any(axis=1)) for number in range(self._count)]
@@ -127,21 +128,6 @@ def _in_the_open(regions: Regions) -> BoolArray:
     """Regions most of whose traced points are valid, shape (r,): others are mostly inside something."""
     state = regions.points.state.reshape(-1, GRID**3)
     return (state == PointState.VALID).sum(axis=1) > (state == PointState.BACK_FACES).sum(axis=1)
-
-
-def _passages(regions: Regions, floor: Floor) -> Float64Array:
-    """Where each link is crossed: its centre, lowered to walking height as far as both regions go."""
-    graph, up = regions.graph, floor.up
-    a, b = graph.link.reshape(-1, 2).T
-    low, high = np.maximum(graph.minimum[a], graph.minimum[b]), np.minimum(graph.maximum[a], graph.maximum[b])
-    low, high = np.minimum(low, high)[:, up.axis], np.maximum(low, high)[:, up.axis]
-    reach = float((graph.maximum - graph.minimum)[:, up.axis].max(initial=1.0))
-    centre = graph.link_centre.reshape(-1, 3)
-    lowered = floor.lowered(centre, reach=reach)
-    lowered[:, up.axis] = np.clip(
-        lowered[:, up.axis], np.minimum(low, centre[:, up.axis]), np.maximum(high, centre[:, up.axis])
-    )
-    return lowered
 
 
 def _is_level(regions: Regions, floor: Floor) -> np.ndarray:

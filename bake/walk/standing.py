@@ -11,67 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from bake.region_types import GRID, PointState, Regions
+from bake.regions.floor_below import Floor
 from bake.regions.free_space import FreeSpace
-from bake.regions.rays import Nearest
 from bake.regions.upright import Upright
-from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
-
-HEIGHT = 1.0
-"""Metres above the floor at which a character is lit: about its middle."""
+from bake.types import Float64Array, Int32Array, Int64Array
 
 SHOULDER = 0.1
 """Metres beside each way that must be free as well."""
 
 _SAME_FLOOR = 0.2  # metres: places of one column that are closer stand on the same floor
 _STEEPEST = 1.5  # rise over run beyond which nobody walks
-_RAYS_A_CALL = 1 << 20
-_MOST_LEAVES = 16
-_BEHIND = 1e-3  # metres below a leaf from which one falls on
-
-
-class Floor:
-    """Finds floors below points.
-
-    Args:
-        nearest: A tracer's closest hits.
-        up: Which way is up.
-        stops: Shape (m,), bool: faces on which one can stand; leaves are none.
-    """
-
-    def __init__(self, nearest: Nearest, up: Upright, stops: BoolArray) -> None:
-        self._nearest = nearest
-        self._stops = stops
-        self.up = up
-
-    def height_above(self, points: Float64Array, *, reach: float) -> Float64Array:
-        """How far below points, shape (n, 3), the floor is, shape (n,), metres; inf where it is beyond `reach`."""
-        found = np.empty(len(points))
-        for begin in range(0, len(points), _RAYS_A_CALL):
-            part = slice(begin, begin + _RAYS_A_CALL)
-            found[part] = self._below(points[part], reach)
-        return found
-
-    def _below(self, points: Float64Array, reach: float) -> Float64Array:
-        fallen, falling = np.zeros(len(points)), np.arange(len(points))
-        for _ in range(_MOST_LEAVES):
-            origins = (points[falling] + fallen[falling, None] * self.up.down).astype(np.float32)
-            directions = np.broadcast_to(self.up.down.astype(np.float32), origins.shape).copy()
-            hits = self._nearest(origins, directions, reach)
-            fallen[falling] += hits.distance
-            passed = (hits.face >= 0) & ~self._stops[np.maximum(hits.face, 0)]
-            falling = falling[passed]
-            if not len(falling):
-                break
-            fallen[falling] += _BEHIND
-        return np.where(fallen <= reach, fallen, np.inf)
-
-    def lowered(self, points: Float64Array, *, reach: float) -> Float64Array:
-        """Points at walking height over the floor below them; where there is none within `reach`, as they are.
-
-        Nothing is raised into a ceiling: where a point is nearer to the floor than walking height, it stays.
-        """
-        drop = np.maximum(self.height_above(points, reach=reach) - HEIGHT, 0.0)
-        return points + np.where(np.isfinite(drop), drop, 0.0)[:, None] * self.up.down
 
 
 @dataclass(frozen=True, slots=True)
