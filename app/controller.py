@@ -265,7 +265,7 @@ class Controller(QObject):
         if job.purpose == THRESHOLD:
             if job.options.get("back-face-threshold") == document.threshold:
                 document.set_field(field)
-        else:
+        elif job.purpose == OTHER_MAPPING:
             document.set_other(field)
 
     def _on_failed(self, job: Job, error: ObscuraError) -> None:

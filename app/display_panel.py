@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import (
     QButtonGroup,
     QCheckBox,
@@ -25,6 +26,7 @@ from viewer.colormaps import VALUE_MAPS
 from viewer.display import Display
 from viewer.fields import Quantity, SurfaceField, distance_label
 from viewer.histogram import Histogram, clipped_shares, histogram_of, robust_range
+from viewer.inspections import Inspection
 from viewer.tone import GAME_BITS, SHORT_SHARE, RemapCurve
 
 
@@ -60,6 +62,13 @@ class DisplayPanel(QWidget):
         self._choice_grid.setContentsMargins(8, 4, 8, 6)
         self._choice_grid.setVerticalSpacing(2)
         self._meanings: list[tuple[Quantity, int]] = []
+        self.inspection = QComboBox()
+        self.inspection.setToolTip("Look at something else than AO: what the bake is made of, and how sure it is")
+        self.inspection.addItem("Inspect …", None)
+        for kind in Inspection:
+            self.inspection.addItem(kind.heading, kind)
+            self.inspection.setItemData(self.inspection.count() - 1, kind.meaning, Qt.ItemDataRole.ToolTipRole)
+        self.inspection.activated.connect(self._on_inspection)
         return box
 
     def _build_range(self) -> QWidget:
@@ -159,6 +168,11 @@ class DisplayPanel(QWidget):
         document = self._document
         field = self._field = document.shown()
         key = (display.quantity, display.column if display.quantity is Quantity.DISTANCE else 0)
+        inspecting = display.quantity is Quantity.INSPECTION
+        self.inspection.setCurrentIndex(self.inspection.findData(display.inspection) if inspecting else 0)
+        self.inspection.setEnabled(document.result is not None)
+        if inspecting:
+            self._choices.setExclusive(False)  # or the last choice would stay checked
         for number, meaning in enumerate(self._meanings):
             button = self._choices.button(number)
             assert button is not None
@@ -166,8 +180,10 @@ class DisplayPanel(QWidget):
             button.setChecked(same)
             if meaning[0] is Quantity.DIFFERENCE:
                 button.setEnabled(document.other is not None)
+        self._choices.setExclusive(True)
         for widget in (self.range, self._fit, self._full, self._map):
-            widget.setEnabled(field is not None)
+            widget.setEnabled(field is not None and field.rgb is None)
+        self._map.setEnabled(field is not None and not field.inspected)
         self._blend_box.setEnabled(document.result is not None)
         self._map.setCurrentIndex(max(self._map.findData(display.color_map), 0))
         self._short.setValue(100.0 * display.short_share)
@@ -180,7 +196,7 @@ class DisplayPanel(QWidget):
         self._fill_range(field, display)
 
     def _fill_range(self, field: SurfaceField | None, display: Display) -> None:
-        if field is None:
+        if field is None or field.rgb is not None:
             self.range.set_histogram(None, VALUE_MAPS[0])
             self.range.set_range(0.0, 1.0)
             self._statistics.setText("")
@@ -188,7 +204,9 @@ class DisplayPanel(QWidget):
         # Every vertex counts the same: by area a wide open backdrop would hide all that matters.
         weights = np.ones(len(field.values))
         low, high = display.range_for(field)
-        least, most = (min(low, field.low), max(high, field.high)) if field.color_map.diverging else (0.0, 1.0)
+        least, most = (0.0, 1.0)
+        if field.color_map.diverging or field.inspected:
+            least, most = min(low, field.low), max(high, field.high)
         key = (field, least, most)
         if self._histogram is None or self._histogram_key[0] is not field or self._histogram_key[1:] != key[1:]:
             self._histogram, self._histogram_key = histogram_of(field.values, weights, least, most), key
@@ -225,6 +243,7 @@ class DisplayPanel(QWidget):
             button.setToolTip(tip)
             self._choices.addButton(button, number)
             self._choice_grid.addWidget(button, number // 2, number % 2)
+        self._choice_grid.addWidget(self.inspection, len(entries) // 2 + 1, 0, 1, 2)
         shortest, longest = (min(distances), max(distances)) if distances else (2.0, 300.0)
         self._mix.setText(f"at {distance_label(shortest)}, rest at {distance_label(longest)}")
         self.refresh()
@@ -239,6 +258,13 @@ class DisplayPanel(QWidget):
             self._change(quantity=quantity, column=column)
         else:
             self._change(quantity=quantity)
+
+    def _on_inspection(self, _row: int) -> None:
+        kind = self.inspection.currentData()
+        if kind is None:
+            self._change(quantity=Quantity.BLEND)
+        else:
+            self._change(quantity=Quantity.INSPECTION, inspection=Inspection(kind), inspected_range=None)
 
     def _on_exponent(self, value: float) -> None:
         self._change(curve=RemapCurve(self._document.display.curve.points, value))

@@ -46,6 +46,7 @@ class Document:
         selection: Indices of all selected objects, ascending; holds `selected`, unless that is -1.
         current: What the scene's files say now, where that is known; see `app.scene_state`.
         pinned: The point that was clicked.
+        inspection: What the surface is looked at by besides AO, once it is made; see `app.parts.inspections`.
     """
 
     def __init__(self) -> None:
@@ -70,6 +71,7 @@ class Document:
         self.selection: tuple[int, ...] = ()
         self.current: SceneState | None = None
         self.pinned: Readout | None = None
+        self.inspection: SurfaceField | None = None
         self._shown: tuple[tuple[object, ...], SurfaceField | None] = ((), None)
         self._boxes: tuple[Float64Array, Float64Array] | None = None
         self._drawn: list[tuple[VertexField, DecoratorView, VertexField]] = []
@@ -143,7 +145,7 @@ class Document:
         self.decorators = self.decorators.replaced(voxel=-1, column=min(self.decorators.column, columns - 1))
         if self.values.has(TreeShading.PRODUCT) and not self.values.has(self.decorators.trees):
             self.decorators = self.decorators.replaced(trees=TreeShading.PRODUCT)
-        if self.display.quantity in (Quantity.GEOMETRY, Quantity.DIFFERENCE):
+        if self.display.quantity in (Quantity.GEOMETRY, Quantity.DIFFERENCE, Quantity.INSPECTION):
             self.display = self.display.replaced(quantity=Quantity.BLEND)
         self.display_changed.emit()
         self.result_changed.emit()
@@ -166,6 +168,12 @@ class Document:
         """Takes the values of the other mapping."""
         self.other = other
         self.field_changed.emit()
+
+    def set_inspection(self, inspection: SurfaceField | None) -> None:
+        """Takes what the display asked for besides AO; None while it is being made."""
+        if inspection is not self.inspection:
+            self.inspection = inspection
+            self.field_changed.emit()
 
     def set_threshold(self, threshold: float) -> None:
         """Moves the back-face threshold in view; values follow by `set_field`."""
@@ -249,6 +257,8 @@ class Document:
         if self.result is None or self.field is None:
             return None
         look = self.display
+        if look.quantity is Quantity.INSPECTION:
+            return self.inspection
         field = self.drawn(self.field)
         key = (self.result, field, self.other, look.quantity, look.column, look.short_share, look.curve)
         known = self._shown[0]

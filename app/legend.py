@@ -38,12 +38,13 @@ class Legend(QWidget):
         if field is None or color_map is None:
             self.set_scale(None)
             return
-        swatches: list[tuple[tuple[int, int, int], str]] = []
+        swatches: list[tuple[tuple[int, int, int], str]] = list(field.swatches)
         if field.not_baked.any():
             swatches.append((NOT_BAKED_COLOR, "not baked (role)"))
         if field.missing_count:
             swatches.append((INVALID_COLOR, "no value"))
-        self.set_scale(Scale(field.title, color_map, *value_range, field.unit, note, tuple(swatches)))
+        shown = color_map if field.rgb is None else None
+        self.set_scale(Scale(field.title, shown, *value_range, field.unit, note, tuple(swatches)))
 
     def set_scale(self, scale: Scale | None) -> None:
         """Explains colours; None hides the legend."""

@@ -155,7 +155,7 @@ class TreeCompare(QWidget):
             self.view.update()
             return
         display = document.display
-        if display.quantity in (Quantity.GEOMETRY, Quantity.DIFFERENCE):
+        if display.quantity in (Quantity.GEOMETRY, Quantity.DIFFERENCE, Quantity.INSPECTION):
             display = display.replaced(quantity=Quantity.BLEND)
         index = int(values.decorators.fits.object[self._tree])
         title = ""

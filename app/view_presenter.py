@@ -124,14 +124,18 @@ class ViewPresenter:
             if number == 1 and display.quantity is Quantity.DIFFERENCE:
                 display = display.replaced(quantity=Quantity.DISTANCE)
             shown = None
-            if document.result is not None and field is not None:
+            if display.quantity is Quantity.INSPECTION:
+                shown = document.inspection if number == 0 else None
+            elif document.result is not None and field is not None:
                 shown = shown_field(display, document.result, document.drawn(field), document.other)
             viewport.set_field(shown, display, self._note(display.quantity))
             viewport.set_caption(self._caption(number, field) if comparing else "")
 
     def _note(self, quantity: Quantity) -> str:
         document = self._document
-        parts = []
+        parts: list[str] = []
+        if quantity is Quantity.INSPECTION:
+            return f"threshold {document.threshold:.1%}, not stored" if document.is_preview else ""
         trees = document.decorators.trees
         if document.values is not None and document.values.has(TreeShading.PRODUCT) and trees is not TreeShading.NONE:
             parts.append(f"trees: {TREE_WORDS[trees]}")

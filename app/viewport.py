@@ -141,7 +141,7 @@ class Viewport(QWidget):
         else:
             color_map, (low, high) = display.map_for(field), display.range_for(field)
             surface.set_shading(_SHADING if display.shading else 0.0)
-            if display.game and not color_map.diverging:
+            if display.game and not color_map.diverging and not field.inspected:
                 surface.set_game_values(field.values, field.not_baked, color_map, low, high, self._relief)
             else:
                 surface.set_colors(field.colors(color_map, low, high, self._relief))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from bake.types import BakeResult, VertexField
 from viewer.colormaps import ColorMap, color_map_named
 from viewer.fields import Quantity, SurfaceField, blended_field, difference_field, distance_field
+from viewer.inspections import Inspection
 from viewer.tone import SHORT_SHARE, RemapCurve
 
 
@@ -17,6 +18,8 @@ class Display:
 
     Attributes:
         quantity: What is shown on the surface.
+        inspection: What is looked at besides AO, for `Quantity.INSPECTION`.
+        inspected_range: Range of the map for it; None: its own.
         column: Which distance, for `Quantity.DISTANCE` and `Quantity.DIFFERENCE`.
         short_share: Weight of the shortest distance in the blend, in [0, 1].
         curve: Remap curve of the blend.
@@ -30,6 +33,8 @@ class Display:
     """
 
     quantity: Quantity = Quantity.BLEND
+    inspection: Inspection = Inspection.RESIDUAL
+    inspected_range: tuple[float, float] | None = None
     column: int = 0
     short_share: float = SHORT_SHARE
     curve: RemapCurve = RemapCurve()
@@ -48,10 +53,12 @@ class Display:
 
     def map_for(self, field: SurfaceField) -> ColorMap:
         """The colour map to draw a field with."""
-        return field.color_map if field.color_map.diverging else color_map_named(self.color_map)
+        return field.color_map if field.color_map.diverging or field.inspected else color_map_named(self.color_map)
 
     def range_for(self, field: SurfaceField) -> tuple[float, float]:
         """The ends of the map for a field."""
+        if field.inspected:
+            return (field.low, field.high) if self.inspected_range is None else self.inspected_range
         if field.color_map.diverging:
             reach = field.high if self.difference_range is None else self.difference_range
             return -reach, reach
@@ -61,6 +68,8 @@ class Display:
 
     def with_range(self, field: SurfaceField, low: float | None, high: float | None) -> Display:
         """A copy with another range for this kind of field; None goes back to the field's own."""
+        if field.inspected:
+            return self.replaced(inspected_range=None if low is None or high is None else (low, high))
         if field.color_map.diverging:
             reach = None if low is None or high is None else max(abs(low), abs(high), 1e-4)
             return self.replaced(difference_range=reach)
@@ -79,7 +88,8 @@ def shown_field(
         other: Values of the other mapping, for differences (least squares minus average).
 
     Returns:
-        None for plain geometry, or where a difference has nothing to compare with.
+        None for plain geometry, where a difference has nothing to compare with, and for inspections, which
+        `viewer.inspections` makes.
     """
     distances = result.settings.column_distances
     column = min(display.column, len(distances) - 1)

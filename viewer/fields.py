@@ -20,6 +20,7 @@ class Quantity(enum.StrEnum):
     DISTANCE = "distance"
     BLEND = "blend"
     DIFFERENCE = "difference"
+    INSPECTION = "inspection"
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,9 @@ class SurfaceField:
         low, high: The range to start from.
         color_map: The map to start from.
         unit: Unit of the values, empty for AO.
+        inspected: It is no AO: the map is its own, and so is its range.
+        rgb: Shape (n, 3), uint8: colours instead of values, which are then empty.
+        swatches: What those colours mean.
     """
 
     title: str
@@ -42,6 +46,9 @@ class SurfaceField:
     high: float = 1.0
     color_map: ColorMap = GREY
     unit: str = ""
+    inspected: bool = False
+    rgb: UInt8Array | None = None
+    swatches: tuple[tuple[tuple[int, int, int], str], ...] = ()
 
     def colors(self, color_map: ColorMap, low: float, high: float, relief: Float32Array | None = None) -> UInt8Array:
         """Vertex colours, shape (n, 3), uint8: magenta where a value is missing, slate where none is due.
@@ -51,6 +58,8 @@ class SurfaceField:
             low, high: Ends of the map.
             relief: Shape (n,), in [0, 1]: brightness of the slate, so that shapes without values can be read.
         """
+        if self.rgb is not None:
+            return self.rgb
         colors = color_map.colors(self.values, low, high)
         slate = np.array(NOT_BAKED_COLOR, np.float32)
         if relief is None:
@@ -62,7 +71,7 @@ class SurfaceField:
     @property
     def missing_count(self) -> int:
         """Vertices without a value that should have one."""
-        return int(np.count_nonzero(np.isnan(self.values) & ~self.not_baked))
+        return 0 if self.rgb is not None else int(np.count_nonzero(np.isnan(self.values) & ~self.not_baked))
 
 
 @dataclass(frozen=True, slots=True)

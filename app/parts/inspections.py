@@ -1,0 +1,91 @@
+"""What the surface can be looked at by besides AO: made off the window's thread, and only what is shown."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+
+from app.actions import Action, ActionSpec
+from app.engine_protocol import SolveJob
+from app.window_parts import Part, Workbench
+from bake.errors import ObscuraError
+from bake.types import BakeResult, VertexField
+from viewer.fields import Quantity, SurfaceField
+from viewer.inspections import Inspection, inspect
+
+_JOB = "inspection"
+_UNTUGGED = "values without smoothing"
+
+
+class InspectionsPart(Part):
+    """Keeps the document's inspection in step with what the display asks for."""
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self._made: tuple[object, ...] = ()
+        self._untugged: tuple[BakeResult, VertexField] | None = None
+
+    def actions(self) -> Sequence[Action]:
+        """One a kind."""
+        document = self.bench.document
+        return [
+            (
+                ActionSpec(f"inspect-{kind.value}", "View/Inspect", kind.heading, kind.meaning, needs=("result",)),
+                lambda kind=kind: document.set_display(
+                    document.display.replaced(quantity=Quantity.INSPECTION, inspection=kind, inspected_range=None)
+                ),
+            )
+            for kind in Inspection
+        ]
+
+    def connect(self) -> None:
+        """Follows the document."""
+        document = self.bench.document
+        document.display_changed.connect(self._follow)
+        document.field_changed.connect(self._follow)
+        self.bench.engine.solve_finished.connect(self._on_solved)
+
+    def _follow(self) -> None:
+        document = self.bench.document
+        display, result, field = document.display, document.result, document.field
+        if display.quantity is not Quantity.INSPECTION or result is None or field is None:
+            return
+        column = min(display.column, len(result.settings.column_distances) - 1)
+        wanted = (result, field, display.inspection, column)
+        if self._made and _keyed(self._made) == _keyed(wanted):
+            return
+        untugged = self._without_smoothing(result) if display.inspection is Inspection.TUG else None
+        self._made = wanted
+        document.set_inspection(None)
+        if display.inspection is Inspection.TUG and untugged is None:
+            settings = result.settings.replaced(alpha=0.0)
+            if document.result_path is not None:
+                self.bench.engine.solve(
+                    _UNTUGGED, document.result_path, settings, result.world.vertex_count,
+                    len(result.settings.column_distances),
+                )  # fmt: skip
+            return
+        kind = display.inspection
+        self.bench.jobs.run(
+            _JOB, lambda: inspect(kind, result, field, column, untugged=untugged), self._on_made, self._on_failed
+        )
+
+    def _without_smoothing(self, result: BakeResult) -> VertexField | None:
+        return self._untugged[1] if self._untugged is not None and self._untugged[0] is result else None
+
+    def _on_solved(self, job: SolveJob, field: VertexField, _seconds: float) -> None:
+        result = self.bench.document.result
+        if job.purpose == _UNTUGGED and result is not None and len(field.state) == result.world.vertex_count:
+            self._untugged, self._made = (result, field), ()
+            self._follow()
+
+    def _on_made(self, inspection: SurfaceField) -> None:
+        self.bench.document.set_inspection(inspection)
+
+    def _on_failed(self, error: ObscuraError) -> None:
+        self.bench.banner.show_message(logging.ERROR, str(error))
+
+
+def _keyed(wanted: tuple[object, ...]) -> tuple[object, ...]:
+    """By identity where comparing by value would compare arrays."""
+    return (id(wanted[0]), id(wanted[1]), *wanted[2:])
