@@ -22,9 +22,9 @@ from app.walk_player import WalkPlayer
 from app.walk_presenter import WalkPresenter
 from app.walk_state import Follow, WalkState
 from app.window_parts import DockSpec, Part, Side, Workbench
+from bake.regions.floor_below import HEIGHT
 from bake.types import Float64Array
 from bake.walk import Pop
-from bake.walk.standing import HEIGHT
 from viewer.picking import Pick
 
 PANEL, PLOT = "Walk", "Walk plot"
