@@ -58,23 +58,29 @@ class Banner(QFrame):
             text: The question.
             choices: What to call, by the text of a button.
         """
-        self.show_message(logging.INFO, text)
+        self.show_message(logging.INFO, text, choices)
         self._fade.stop()
         self._log.hide()
-        for number, (title, slot) in enumerate(choices.items()):
-            button = QPushButton(title)
-            button.setToolTip(f"{title}; the question goes away")
-            button.clicked.connect(self.hide)
-            button.clicked.connect(lambda _checked=False, slot=slot: slot())
-            self._row.insertWidget(1 + number, button)
-            self._choices.append(button)
 
-    def show_message(self, level: int, text: str) -> None:
-        """Shows a message of a logging level."""
+    def show_message(self, level: int, text: str, choices: Mapping[str, Callable[[], object]] | None = None) -> None:
+        """Shows a message of a logging level.
+
+        Args:
+            level: How serious it is.
+            text: The message.
+            choices: What to call, by the text of a button, after which the message goes.
+        """
         for button in self._choices:
             button.deleteLater()
         self._choices.clear()
         self._log.show()
+        for number, (title, slot) in enumerate((choices or {}).items()):
+            button = QPushButton(title)
+            button.setToolTip(f"{title}, and close this message")
+            button.clicked.connect(self.hide)
+            button.clicked.connect(lambda _checked=False, slot=slot: slot())
+            self._row.insertWidget(1 + number, button)
+            self._choices.append(button)
         self.level = level
         paper, ink = _COLORS.get(level, _COLORS[logging.INFO])
         self.setStyleSheet(

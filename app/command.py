@@ -29,6 +29,17 @@ def bake_command(scene: Path, result: Path, settings: BakeSettings, base: BakeSe
     return shlex.join(words)
 
 
+def result_command(command: str, result: Path, *words: str | Path) -> str:
+    """The `main.py COMMAND RESULT …` of a job on a stored result.
+
+    Args:
+        command: Name of the command.
+        result: The result's folder.
+        words: What follows.
+    """
+    return shlex.join(["python", "main.py", command, str(result), *map(str, words)])
+
+
 def option_words(option: str, value: object) -> list[str]:
     """One option as the command line reads it; an empty value stands for none."""
     if isinstance(value, bool):

@@ -9,6 +9,14 @@ from PyQt6.QtWidgets import QDialog, QFileDialog, QMessageBox, QWidget
 
 from bake import __version__
 
+EXPORT_FORMATS = {
+    ".glb": "glTF with AO at its vertices",
+    ".npz": "All numbers for NumPy",
+    ".ply": "PLY with AO at its vertices",
+    ".obj": "OBJ with AO as grey",
+    ".vao": "Raw AO of the vertices",
+}
+"""Titles by suffix."""
 SCENE_FILTER = "Scenes (*.glb *.gltf *.obj *.ply);;All files (*)"
 
 
@@ -37,6 +45,17 @@ def ask_for_picture(parent: QWidget, suggestion: Path) -> Path | None:
         return None
     path = Path(name)
     return path if path.suffix else path.with_suffix(".png")
+
+
+def ask_for_export(parent: QWidget, suggestion: Path) -> Path | None:
+    """A file to export to; its suffix decides the format."""
+    filters = ";;".join(f"{title} (*{suffix})" for suffix, title in EXPORT_FORMATS.items())
+    name, chosen = QFileDialog.getSaveFileName(parent, "Export", str(suggestion), filters)
+    if not name:
+        return None
+    path = Path(name)
+    known = next((suffix for suffix, title in EXPORT_FORMATS.items() if chosen.startswith(title)), ".glb")
+    return path if path.suffix else path.with_suffix(known)
 
 
 def ask_for_page(parent: QWidget, suggestion: Path) -> Path | None:

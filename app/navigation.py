@@ -60,6 +60,7 @@ class Navigation(QObject):
     camera_changed = pyqtSignal(object)  # Camera
     clicked = pyqtSignal(QPointF)
     hovered = pyqtSignal(QPointF)
+    menu_asked = pyqtSignal(QPointF)  # a click of the right button
 
     def __init__(self, view: GLView, pick: Callable[[QPointF], Pick | None]) -> None:
         super().__init__(view)
@@ -72,6 +73,7 @@ class Navigation(QObject):
         self._press: QPointF | None = None
         self._last = QPointF()
         self._dragging = False
+        self._flown = False  # with keys, while the right button is held
         self._button = Qt.MouseButton.NoButton
         self._held: set[Qt.Key] = set()
         self._speed = 0.5  # in distances to the focal point a second
@@ -106,7 +108,7 @@ class Navigation(QObject):
     def _on_press(self, event: QMouseEvent) -> None:
         self._flight = None
         self._press = self._last = event.position()
-        self._dragging = False
+        self._dragging = self._flown = False
         self._button = event.button()
         self._view.keys_grabbed = self._button is Qt.MouseButton.RightButton
         if self._button is Qt.MouseButton.LeftButton:
@@ -146,13 +148,17 @@ class Navigation(QObject):
             self._press, self._button = None, Qt.MouseButton.NoButton
             gesture.release(event)
             return
-        was_click = self._press is not None and not self._dragging and self._button is Qt.MouseButton.LeftButton
+        still = self._press is not None and not self._dragging
+        was_click = still and self._button is Qt.MouseButton.LeftButton
+        asks = still and self._button is Qt.MouseButton.RightButton and not self._flown
         self._press = None
         self._held.clear()
         self._view.keys_grabbed = False
         self._button = Qt.MouseButton.NoButton
         if was_click:
             self.clicked.emit(event.position())
+        elif asks:
+            self.menu_asked.emit(event.position())
 
     def _on_double_click(self, event: QMouseEvent) -> None:
         found = self._pick(event.position())
@@ -161,6 +167,7 @@ class Navigation(QObject):
 
     def _on_wheel(self, position: QPointF, notches: float) -> None:
         if self._button is Qt.MouseButton.RightButton:
+            self._flown = True
             self._speed = min(max(self._speed * 1.3**notches, 0.01), 20.0)
             return
         self._flight = None
@@ -176,6 +183,7 @@ class Navigation(QObject):
             return
         key = Qt.Key(event.key())
         if pressed:
+            self._flown = True
             self._held.add(key)
             self._ticked = time.monotonic()
             self._timer.start()

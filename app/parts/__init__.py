@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from app.parts.availability import AvailabilityPart
 from app.parts.baking import BakingPart
+from app.parts.command_lines import CommandLinesPart
 from app.parts.edit import EditPart
 from app.parts.explain import ExplainPart
+from app.parts.export import ExportPart
 from app.parts.files import FilesPart
 from app.parts.habits import HabitsPart
 from app.parts.help import HelpPart
 from app.parts.hints import HintsPart
 from app.parts.history import HistoryPart
+from app.parts.inspections import InspectionsPart
 from app.parts.layouts import LayoutsPart
 from app.parts.panels import PanelsPart
 from app.parts.results_history import ResultsHistoryPart
@@ -27,6 +30,7 @@ from app.window_parts import Part
 
 PARTS: tuple[type[Part], ...] = (
     FilesPart,
+    ExportPart,
     ReviewPart,
     EditPart,
     PanelsPart,
@@ -36,9 +40,11 @@ PARTS: tuple[type[Part], ...] = (
     SceneWatchPart,
     ResultsHistoryPart,
     ViewsPart,
+    InspectionsPart,
     SpotsPart,
     ExplainPart,
     BakingPart,
+    CommandLinesPart,
     RegionsPart,
     WalkPart,
     LayoutsPart,

@@ -14,7 +14,14 @@ class AvailabilityPart(Part):
     def connect(self) -> None:
         """Follows the document."""
         document = self.bench.document
-        for event in (document.opened, document.world_changed, document.result_changed, document.selection_changed):
+        for event in (
+            document.opened,
+            document.world_changed,
+            document.result_changed,
+            document.selection_changed,
+            document.pinned_changed,
+            document.current_changed,
+        ):
             event.connect(self.refresh)
         self.refresh()
 
@@ -31,9 +38,14 @@ class AvailabilityPart(Part):
         return {
             "scene": (lambda: document.world is not None, "open a scene first"),
             "result": (lambda: document.result is not None, "bake first"),
+            "point": (lambda: document.pinned is not None, "click a point of the surface first"),
+            "regions": (
+                lambda: document.result is not None and document.result.regions is not None,
+                "bake with regions first",
+            ),
             "selection": (lambda: document.selected >= 0, "select an object first"),
             "scene-file": (
-                lambda: document.world is not None and document.scene_path is not None and document.scene_path.exists(),
+                lambda: document.world is not None and (document.current is None or not document.current.complaint),
                 "the scene's file is not there",
             ),
             "tree-models": (

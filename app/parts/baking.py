@@ -42,10 +42,11 @@ class BakingPart(Part):
             (
                 ActionSpec(
                     "copy-command",
-                    menu,
-                    "Copy as co&mmand",
-                    "The command line that does the same",
+                    "Bake/Copy as command",
+                    "Copy &bake as command",
+                    "The command line that bakes with the settings of the panel",
                     ("Ctrl+Shift+C",),
+                    group=2,
                     needs=("scene",),
                 ),
                 panel.copy_command,

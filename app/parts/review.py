@@ -9,6 +9,8 @@ from PyQt6.QtCore import QBuffer, QIODevice
 
 from app import dialogs
 from app.actions import Action, ActionSpec
+from app.command import result_command
+from app.parts.command_lines import CommandLinesPart
 from app.parts.files import FilesPart
 from app.review_page import Review, write_review
 from app.window_parts import Part
@@ -92,7 +94,9 @@ class ReviewPart(Part):
 
     def _on_saved(self, target: Path) -> None:
         self.bench.controller.busy.emit("")
-        self.bench.banner.show_message(logging.INFO, f"Review page saved to {target}")
+        folder = self.bench.document.result_path
+        command = "" if folder is None else result_command("report", folder, "-o", target)
+        self.bench.part(CommandLinesPart).say_done(f"Review page saved to {target}", command)
 
     def _on_error(self, error: ObscuraError) -> None:
         self.bench.controller.busy.emit("")

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from PyQt6.QtCore import QPointF
+
 from app.actions import Action, ActionSpec
 from app.user_commands import UserCommands
+from app.viewport import Viewport
 from app.window_parts import Part, Workbench
 from viewer.camera import Camera, robust_bounds
 from viewer.fields import Quantity
@@ -143,6 +146,7 @@ class ViewsPart(Part):
         panels.decorators.models_requested.connect(lambda: self.compare_tree_models(True))
         panels.probe.fly_requested.connect(lambda: self.commands.fly_to(bench.readouts.pinned))
         document.world_changed.connect(self._on_world)
+        self._give_menu(bench.area.main)
         document.visibility_changed.connect(lambda: bench.picker.set_world(document.world, document.face_visible()))
         document.display_changed.connect(self._on_display)
         self._on_display()
@@ -154,6 +158,7 @@ class ViewsPart(Part):
         if on and bench.area.other is None:
             viewport = bench.area.split()
             bench.readouts.follow(viewport)
+            self._give_menu(viewport)
             bench.presenter.add_viewport(viewport)
         elif not on and bench.area.other is not None:
             bench.presenter.remove_viewport(bench.area.other)
@@ -168,6 +173,22 @@ class ViewsPart(Part):
             area.compare_trees(self.bench.document).close_requested.connect(lambda: self.compare_tree_models(False))
         elif not on:
             area.end_tree_comparison()
+
+    def _give_menu(self, viewport: Viewport) -> None:
+        """A right click selects what is under it, unless it is selected, and asks what to do with it."""
+        bench, document = self.bench, self.bench.document
+
+        def show(position: QPointF) -> None:
+            found = viewport.pick_at(position)
+            if found is not None and document.world is not None:
+                index = int(document.world.face_object[found.face])
+                if index not in document.selection:
+                    document.select(index)
+            menu = bench.registry.context_menu("view", bench.window)
+            menu.aboutToHide.connect(menu.deleteLater)
+            menu.popup(viewport.view.mapToGlobal(position.toPoint()))
+
+        viewport.navigation.menu_asked.connect(show)
 
     def reset_camera(self) -> None:
         """Shows the level, without its far backdrop, from the usual side."""
