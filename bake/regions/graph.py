@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Generator
 from pathlib import Path
 
@@ -9,8 +10,9 @@ import numpy as np
 
 from bake.region_types import GRID, RegionGraph
 from bake.regions.automatic import AutomaticRegions, automatic_regions
-from bake.regions.boundaries import measure_openings
+from bake.regions.boundaries import Openings, measure_openings
 from bake.regions.coverage import coverage
+from bake.regions.floor_below import Floor
 from bake.regions.free_space import FreeSpace
 from bake.regions.links import meeting_pairs
 from bake.regions.obstacles import stopping_faces
@@ -22,7 +24,7 @@ from bake.regions.stated import boxes_in_world, links_between, open_links
 from bake.regions.upright import find_up
 from bake.regions.validity import reachable
 from bake.settings import BakeSettings
-from bake.types import BoolArray, Finding, Progress, Scene, World
+from bake.types import BoolArray, Finding, Float64Array, Int32Array, Progress, Scene, World
 
 _STAGE = "regions"
 
@@ -64,27 +66,28 @@ def make_graph(
     source = regions_asked_for(scene, settings)
     if not source:
         return None
-    free = FreeSpace(world, nearest, stopping_faces(scene, world))
+    stops = stopping_faces(scene, world)
+    free, floor = FreeSpace(world, nearest, stops), Floor(nearest, find_up(scene, world, settings), stops)
     if source == "automatic":
-        return (yield from _automatic(scene, world, settings, nearest, free, None))
+        return (yield from _automatic(scene, world, settings, nearest, free, floor, None))
     stated = from_boxes(scene.regions, str(scene.path)) if source == "scene" else read_region_file(Path(source))
     if stated.seeds:
-        return (yield from _automatic(scene, world, settings, nearest, free, stated))
-    return (yield from _stated(stated, "scene" if source == "scene" else "file", scene, world, settings, free))
+        return (yield from _automatic(scene, world, settings, nearest, free, floor, stated))
+    return (yield from _stated(stated, "scene" if source == "scene" else "file", world, free, floor))
 
 
 def _stated(
-    stated: RegionFile, origin: str, scene: Scene, world: World, settings: BakeSettings, free: FreeSpace
+    stated: RegionFile, origin: str, world: World, free: FreeSpace, floor: Floor
 ) -> Generator[Progress, None, RegionSpace]:
     """Regions as stated: what is missing is found, what is said wins."""
     boxes, findings = boxes_in_world(stated, world)
     yield Progress(_STAGE, 0, 2)
-    down = find_up(scene, world, settings).down
-    reach = reachable(boxes.minimum, boxes.maximum, boxes.seed, free, down=down)
+    reach = reachable(boxes.minimum, boxes.maximum, boxes.seed, free, down=floor.up.down)
     valid = np.where(boxes.has_bits[:, None], boxes.bits, reach.valid)
     yield Progress(_STAGE, 1, 2)
     links = links_between(stated, boxes, world)
     openings = measure_openings(boxes.minimum, boxes.maximum, valid, reach.seed, links.pairs, free)
+    openings = _crossed(openings, links.pairs, boxes.minimum, boxes.maximum, floor)
     pairs, area, centre, closed = open_links(stated, links, openings)
     yield Progress(_STAGE, 2, 2)
     graph = RegionGraph(boxes.names, boxes.minimum, boxes.maximum, reach.seed, pairs, area, centre, origin)
@@ -93,18 +96,24 @@ def _stated(
 
 
 def _automatic(
-    scene: Scene, world: World, settings: BakeSettings, nearest: Nearest, free: FreeSpace, stated: RegionFile | None
+    scene: Scene,
+    world: World,
+    settings: BakeSettings,
+    nearest: Nearest,
+    free: FreeSpace,
+    floor: Floor,
+    stated: RegionFile | None,
 ) -> Generator[Progress, None, RegionSpace]:
     """Regions made from the geometry; those in which nothing can be reached are dropped."""
     seeds = stated.seeds if stated else ()
     made: AutomaticRegions = yield from automatic_regions(scene, world, settings, nearest, seeds)
-    down = find_up(scene, world, settings).down
-    reach = reachable(made.minimum, made.maximum, made.seed, free, down=down)
+    reach = reachable(made.minimum, made.maximum, made.seed, free, down=floor.up.down)
     yield Progress(_STAGE, 0, 2)
     kept = np.flatnonzero(reach.valid.any(axis=1))
     minimum, maximum, seed, valid = made.minimum[kept], made.maximum[kept], made.seed[kept], reach.valid[kept]
     pairs = meeting_pairs(minimum, maximum)
     openings = measure_openings(minimum, maximum, valid, seed, pairs, free)
+    openings = _crossed(openings, pairs, minimum, maximum, floor)
     yield Progress(_STAGE, 1, 2)
     is_open = openings.area > 0.0
     digits = len(str(len(kept)))
@@ -115,6 +124,13 @@ def _automatic(
     share = coverage(minimum, maximum, valid, seed, made.points, free)
     yield Progress(_STAGE, 2, 2)
     return RegionSpace(graph, valid.ravel(), made.findings, share, free.rays + made.rays)
+
+
+def _crossed(
+    openings: Openings, pairs: Int32Array, minimum: Float64Array, maximum: Float64Array, floor: Floor
+) -> Openings:
+    """The same, their middles where characters cross them: there the models of both sides shall agree."""
+    return dataclasses.replace(openings, centre=floor.lowered_centres(pairs, openings.centre, minimum, maximum))
 
 
 def _without_points(names: tuple[str, ...], valid: BoolArray, where: str) -> list[Finding]:
