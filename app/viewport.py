@@ -140,7 +140,8 @@ class Viewport(QWidget):
             self.legend.set_field(None, None, (0.0, 1.0))
         else:
             color_map, (low, high) = display.map_for(field), display.range_for(field)
-            surface.set_shading(_SHADING if display.shading else 0.0)
+            shaped = display.shading or field.rgb is not None  # categories alone would show no shapes
+            surface.set_shading(_SHADING if shaped else 0.0)
             if display.game and not color_map.diverging and not field.inspected:
                 surface.set_game_values(field.values, field.not_baked, color_map, low, high, self._relief)
             else:
