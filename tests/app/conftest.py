@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import shutil
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -19,6 +20,7 @@ from pytestqt.qtbot import QtBot
 from settling import settle
 from small_level import bake_level, write_level
 
+from app.document import default_result_folder
 from app.engine_worker import Bake, bake_job
 from app.window import Window
 from bake.results import load_result
@@ -88,4 +90,21 @@ def shown(window: Window, qtbot: QtBot, result_folder: Path) -> Window:
     qtbot.waitUntil(lambda: window.document.result is not None, timeout=PATIENCE_MS)
     window.picker.finish()
     settle()
+    return window
+
+
+@pytest.fixture
+def scene(level: Path, tmp_path: Path) -> Path:
+    """A copy of the small level that may be edited."""
+    folder = tmp_path / "own"
+    shutil.copytree(level.parent, folder)
+    return folder / level.name
+
+
+@pytest.fixture
+def opened(window: Window, qtbot: QtBot, scene: Path) -> Window:
+    """A window over that copy and its result."""
+    bake_level(scene, default_result_folder(scene, window.bench.cache))
+    window.controller.open(scene)
+    qtbot.waitUntil(lambda: window.document.result is not None and window.controller.is_idle, timeout=PATIENCE_MS)
     return window

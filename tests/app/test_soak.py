@@ -3,95 +3,121 @@
 from __future__ import annotations
 
 import gc
-import random
+import os
+import sys
+import threading
 import weakref
 from pathlib import Path
 
+import numpy as np
 import pytest
-from PyQt6.QtCore import QPoint, QPointF, QSettings, Qt
-from PyQt6.QtTest import QTest
-from PyQt6.QtWidgets import QMessageBox, QWidget
+from monkey import Monkey
+from PyQt6.QtCore import QObject, QSettings
+from PyQt6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 from settling import settle
 from vtkmodules.vtkCommonCore import vtkObjectBase
 
 from app.window import Window
+from bake.results import load_result
 
-PATIENCE_MS = 30_000
-DIALOGS = {"open-scene", "open-result", "save-result", "save-picture", "quit", "bake"}
-"""Actions that wait for an answer, end the window or take long."""
+PATIENCE_MS = 60_000
 
 pytestmark = pytest.mark.gui
 
 
-def _poke(window: Window, dice: random.Random, actions: list[str]) -> None:
-    view = window.area.main.view
-    spot = QPoint(dice.randrange(view.width()), dice.randrange(view.height()))
-    match dice.randrange(6):
-        case 0:
-            QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=spot)
-        case 1:
-            view.wheel_turned.emit(QPointF(spot), dice.choice([-2.0, 1.0, 3.0]))
-        case 2:
-            window.panels.overlays._slider.setValue(dice.randrange(1001))
-        case 3:
-            low = dice.random()
-            window.panels.display._on_range(low, low + dice.random())
-        case _:
-            window.actions_by_id[dice.choice(actions)].trigger()
+def _let_loose(window: Window, qtbot: QtBot, seed: int, count: int) -> None:
+    """Lets a monkey do many things, then looks whether the window still works."""
+    monkey = Monkey(window, seed)
+    for _ in range(count):
+        monkey.act()
+        settle()
+    monkey.stop()
+    window.controller.cancel()
+    qtbot.waitUntil(lambda: window.controller.is_idle and not window.bench.jobs.is_busy, timeout=PATIENCE_MS)
+    assert len(monkey.done) == count
+    assert window.isVisible()
+    if window.document.result is None:  # it was undone
+        window.actions_by_id["redo"].trigger()
+        qtbot.waitUntil(lambda: window.document.result is not None, timeout=PATIENCE_MS)
+    path = window.document.result_path
+    assert path is not None
+    assert window.document.result is not None
+    stored = load_result(path, verify=True)
+    np.testing.assert_array_equal(stored.field.ao, window.document.result.field.ao)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_random_actions_raise_nothing(shown: Window, qtbot: QtBot, seed: int) -> None:
-    """A seeded monkey clicks, zooms, slides and triggers actions; the window still reads values afterwards."""
-    dice = random.Random(seed)
-    actions = [name for name in shown.actions_by_id if name not in DIALOGS and name != "open-sample"]
-    for _ in range(80):
-        _poke(shown, dice, actions)
-        if dice.random() < 0.2:
-            qtbot.wait(5)
-        for box in shown.findChildren(QMessageBox):
-            box.close()
-            box.deleteLater()
-    qtbot.waitUntil(lambda: shown.controller.is_idle, timeout=PATIENCE_MS)
-    assert shown.document.result is not None
-    assert shown.isVisible()
-    shown.commands.frame_all()
+def test_random_actions_raise_nothing(opened: Window, qtbot: QtBot, seed: int) -> None:
+    """A seeded monkey over all actions, mouse and lists; what is in view is afterwards what is stored."""
+    _let_loose(opened, qtbot, seed, 100)
+
+
+@pytest.mark.slow
+def test_ten_thousand_random_actions_raise_nothing(opened: Window, qtbot: QtBot) -> None:
+    """The same for long."""
+    _let_loose(opened, qtbot, 3, 10_000)
+
+
+def _cycle(folder: Path, store: QSettings, qtbot: QtBot, result_folder: Path) -> weakref.ref[Window]:
+    """A short life of a window: open, compare, select, undo, look at dialogs, close."""
+    window = Window(folder, store)
+    window.show()
+    qtbot.waitExposed(window)
+    window.controller.open(result_folder)
+    qtbot.waitUntil(lambda: window.document.result is not None, timeout=PATIENCE_MS)
+    actions = window.actions_by_id
+    actions["compare"].trigger()
+    qtbot.waitUntil(lambda: window.document.other is not None, timeout=PATIENCE_MS)
+    actions["compare"].trigger()
+    for name in ("select-all", "hide", "undo", "palette", "preferences", "shortcuts", "layout-compare", "reset-layout"):
+        actions[name].trigger()
+        settle()
+    for dialog in window.findChildren(QWidget):
+        if dialog.isWindow() and dialog.isVisible():
+            dialog.close()
+    window.close()
+    window.deleteLater()
+    return weakref.ref(window)
+
+
+def _counts() -> dict[str, int]:
+    """What Python and the system hold for this process."""
+    for _ in range(3):
+        settle()
+        gc.collect()
+    known = gc.get_objects()
+    counts = {
+        "VTK objects": sum(isinstance(item, vtkObjectBase) for item in known),
+        "widgets": sum(isinstance(item, QWidget) for item in known),
+        "Qt objects": sum(isinstance(item, QObject) for item in known),
+        "threads": threading.active_count(),
+    }
+    if sys.platform == "linux":
+        counts["files"] = len(os.listdir("/proc/self/fd"))
+    return counts
+
+
+def _live(times: int, folder: Path, store: QSettings, qtbot: QtBot, result_folder: Path) -> None:
+    seen = []
+    for _ in range(times):
+        reference = _cycle(folder, store, qtbot, result_folder)
+        seen.append(_counts())
+        assert reference() is None
+    warm = seen[1]
+    assert {name: count - warm[name] for name, count in seen[-1].items() if count > warm[name]} == {}
 
 
 def test_windows_leave_nothing_behind(
     qapp: object, qtbot: QtBot, store: QSettings, tmp_path: Path, result_folder: Path
 ) -> None:
-    """A closed window is freed, with every VTK object and widget of its own."""
-
-    def cycle() -> weakref.ref[Window]:
-        window = Window(tmp_path, store)
-        window.show()
-        qtbot.waitExposed(window)
-        window.controller.open(result_folder)
-        qtbot.waitUntil(lambda: window.document.result is not None, timeout=PATIENCE_MS)
-        window.actions_by_id["compare"].trigger()
-        qtbot.waitUntil(lambda: window.document.other is not None, timeout=PATIENCE_MS)
-        window.actions_by_id["compare"].trigger()
-        window.close()
-        window.deleteLater()
-        return weakref.ref(window)
-
-    counts = []
-    for _ in range(3):
-        reference = cycle()
-        counts.append(_counts())
-        assert reference() is None
-    assert counts[-1] == counts[1]
+    """A closed window is freed, with every VTK object, widget, thread and file of its own."""
+    _live(5, tmp_path, store, qtbot, result_folder)
 
 
-def _counts() -> tuple[int, int]:
-    """VTK objects and widgets that Python holds."""
-    for _ in range(3):
-        settle()
-        gc.collect()
-    known = gc.get_objects()
-    return (
-        sum(isinstance(item, vtkObjectBase) for item in known),
-        sum(isinstance(item, QWidget) for item in known),
-    )
+@pytest.mark.slow
+def test_fifty_windows_leave_nothing_behind(
+    qapp: object, qtbot: QtBot, store: QSettings, tmp_path: Path, result_folder: Path
+) -> None:
+    """The same fifty times over."""
+    _live(50, tmp_path, store, qtbot, result_folder)

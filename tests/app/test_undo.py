@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -11,9 +10,7 @@ import numpy as np
 import pytest
 from PyQt6.QtGui import QUndoStack
 from pytestqt.qtbot import QtBot
-from small_level import bake_level
 
-from app.document import default_result_folder
 from app.undo_step import Step
 from app.window import Window
 from bake.errors import StorageError
@@ -23,23 +20,6 @@ from bake.types import Role
 PATIENCE_MS = 30_000
 
 pytestmark = pytest.mark.gui
-
-
-@pytest.fixture
-def scene(level: Path, tmp_path: Path) -> Path:
-    """A copy of the small level that may be edited."""
-    folder = tmp_path / "own"
-    shutil.copytree(level.parent, folder)
-    return folder / level.name
-
-
-@pytest.fixture
-def opened(window: Window, qtbot: QtBot, scene: Path) -> Window:
-    """A window over that copy and its result."""
-    bake_level(scene, default_result_folder(scene, window.bench.cache))
-    window.controller.open(scene)
-    _wait(qtbot, lambda: window.document.result is not None and window.controller.is_idle)
-    return window
 
 
 def _wait(qtbot: QtBot, condition: Callable[[], bool]) -> None:
