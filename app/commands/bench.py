@@ -33,7 +33,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
     parser.add_argument("--scale", type=float, default=1.0, help="metres in a unit of the scenes (accuracy only)")
     parser.add_argument(
-        "--plots", type=Path, metavar="FOLDER", help="draw errors, boundaries and walks there, as .png (regions only)"
+        "--plots",
+        type=Path,
+        metavar="FOLDER",
+        help="draw errors, boundaries and walks, or trees, there, as .png (regions and trees only)",
     )
     parser.add_argument("--scales", metavar="X,…", default="", help="metres in a unit of each scene (causes only)")
     parser.add_argument(
@@ -88,7 +91,16 @@ def _lods(arguments: argparse.Namespace) -> list[Measurements]:
 def _tree_models(arguments: argparse.Namespace) -> list[Measurements]:
     from bake.bench.trees import measure_trees
 
-    return [measure_trees(_scenes(arguments), explicit_options(arguments))]
+    if arguments.plots is not None:
+        arguments.plots.mkdir(parents=True, exist_ok=True)  # before minutes of measuring
+    measured = measure_trees(_scenes(arguments), explicit_options(arguments), draw=arguments.plots is not None)
+    if arguments.plots is not None:
+        from app.commands.tree_plot import plot_tree
+
+        for figure in measured.figures:
+            name = figure.tree.rpartition("/")[2].replace("#", "-")
+            plot_tree(arguments.plots / f"tree-{figure.scene}-{name}.png", figure)
+    return list(measured.tables)
 
 
 def _fog(arguments: argparse.Namespace) -> list[Measurements]:

@@ -43,6 +43,11 @@ def take_pictures(result: Path) -> list[Picture]:
     return []
 
 
+def draw_off_screen(arguments: list[str]) -> bool:
+    """Runs Python with VTK drawing off screen in whichever way works here; returns whether one did."""
+    return any(run_off_screen(way, arguments) for way in _WAYS)
+
+
 def run_off_screen(way: str, arguments: list[str], *, patience_s: float = _PATIENCE_S) -> bool:
     """Runs Python with VTK drawing off screen in a given way; returns whether it succeeded."""
     environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
