@@ -144,7 +144,7 @@ class Controller(QObject):
     def compare(self, on: bool) -> None:
         """Computes the values of the other mapping while they are wanted."""
         self._comparing = on
-        if on and self._document.other is None:
+        if on and (self._document.other is None or self._document.other_name):
             self._solve_other()
 
     def close(self) -> None:
@@ -192,6 +192,7 @@ class Controller(QObject):
             document.open_scene(scene_path, opened.path, dict(result.files), tuple(result.findings), opened.up_axis)
         self._show(opened)
         self.scene_opened.emit(opened.path)
+        logger.info("opened the result %s", opened.path)
 
     def _show(self, opened: OpenedResult) -> None:
         self._document.set_result(opened.result, opened.path)
@@ -265,7 +266,7 @@ class Controller(QObject):
         if job.purpose == THRESHOLD:
             if job.options.get("back-face-threshold") == document.threshold:
                 document.set_field(field)
-        elif job.purpose == OTHER_MAPPING:
+        elif job.purpose == OTHER_MAPPING and self._comparing:
             document.set_other(field)
 
     def _on_failed(self, job: Job, error: ObscuraError) -> None:

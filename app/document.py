@@ -36,7 +36,8 @@ class Document:
         result: The bake in view.
         field: Vertex values in view: the result's own, or those of a changed threshold (then `is_preview`).
         field_note: What those values are, where it is no changed threshold.
-        other: Vertex values of the other mapping, once computed.
+        other: What those are compared with, once it is there: the values of the other mapping, or of another result.
+        other_name: Which result that is; empty for the other mapping.
         threshold: Back-face threshold in view.
         display: How it is shown.
         decorators: What is shown of trees, shrubs and small decorators.
@@ -61,6 +62,7 @@ class Document:
         self.result: BakeResult | None = None
         self.field: VertexField | None = None
         self.other: VertexField | None = None
+        self.other_name = ""
         self.field_note = ""
         self.threshold = 0.25
         self.display = Display()
@@ -164,9 +166,9 @@ class Document:
         self.field, self.field_note = field, note
         self.field_changed.emit()
 
-    def set_other(self, other: VertexField | None) -> None:
-        """Takes the values of the other mapping."""
-        self.other = other
+    def set_other(self, other: VertexField | None, name: str = "") -> None:
+        """Takes the values of the other mapping, or those of another result of that name, with its decorators'."""
+        self.other, self.other_name = other, name
         self.field_changed.emit()
 
     def set_inspection(self, inspection: SurfaceField | None) -> None:
@@ -242,7 +244,9 @@ class Document:
 
     def drawn(self, field: VertexField) -> VertexField:
         """A field of surfaces with the values of decorators as they are shown; kept until something changes."""
-        if self.values is None or self.display.quantity is Quantity.DIFFERENCE:
+        if self.values is None or (self.other_name and field is self.other):
+            return field
+        if self.display.quantity is Quantity.DIFFERENCE and not self.other_name:
             return field
         coloring = DecoratorView(trees=self.decorators.trees, scalars=self.decorators.scalars)
         for known, known_coloring, decorated in self._drawn:

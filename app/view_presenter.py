@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from app.decorator_presenter import DecoratorPresenter
@@ -41,6 +41,8 @@ class ViewPresenter:
         self._overlays = Overlays()
         self.decorators = DecoratorPresenter(document, self._viewports)
         self._coloring = (document.decorators.trees, document.decorators.scalars)
+        self.caption_of: Callable[[int], str] | None = None
+        """Says what each viewport shows, for those who compare other things than mappings."""
         self.drawn_note = ""
         """What was left out of the marks; empty if nothing."""
         document.world_changed.connect(self._on_world)
@@ -129,7 +131,10 @@ class ViewPresenter:
             elif document.result is not None and field is not None:
                 shown = shown_field(display, document.result, document.drawn(field), document.other)
             viewport.set_field(shown, display, self._note(display.quantity))
-            viewport.set_caption(self._caption(number, field) if comparing else "")
+            if self.caption_of is not None:
+                viewport.set_caption(self.caption_of(number))
+            else:
+                viewport.set_caption(self._caption(number, field) if comparing else "")
 
     def _note(self, quantity: Quantity) -> str:
         document = self._document
@@ -139,7 +144,9 @@ class ViewPresenter:
         trees = document.decorators.trees
         if document.values is not None and document.values.has(TreeShading.PRODUCT) and trees is not TreeShading.NONE:
             parts.append(f"trees: {TREE_WORDS[trees]}")
-        if quantity is Quantity.DIFFERENCE and document.result is not None:
+        if quantity is Quantity.DIFFERENCE and document.other_name:
+            parts.append(f"this − {document.other_name}")
+        elif quantity is Quantity.DIFFERENCE and document.result is not None:
             names = (document.result.settings.mapping, document.other_mapping())
             parts.append(" − ".join(kind.value.replace("-", " ") for kind in names))
         elif document.display.game:

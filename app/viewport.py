@@ -17,19 +17,18 @@ from app.navigation import Navigation
 from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, UInt8Array, World
 from viewer.actors import SurfaceActor
 from viewer.camera import Camera
-from viewer.colormaps import GEOMETRY_COLOR
 from viewer.display import Display
 from viewer.fields import Scale, SurfaceField, relief_of
 from viewer.markers import BoxActor, PointsActor
 from viewer.overlays import OverlayPoints
 from viewer.picking import Pick
 from viewer.shapes import ShapesActor
+from viewer.surface_look import draw_surface
 
 Shapes = tuple[Float32Array, Int32Array, UInt8Array]
 """Positions, cells and colours; see `ShapesActor.set_shapes`."""
 
 HOVER_MS = 16
-_SHADING = 0.45
 _MULTI_SAMPLES = 8
 _REST_MS = 250
 _SMOOTH_FACES = 400_000
@@ -100,6 +99,16 @@ class Viewport(QWidget):
         """Where the view stands."""
         return self.navigation.camera
 
+    @property
+    def surface(self) -> SurfaceActor | None:
+        """The surface as drawn, for those who draw it once more; None without geometry."""
+        return self._surface
+
+    @property
+    def relief(self) -> Float32Array | None:
+        """Brightness of what is not baked, shape (n,); None without geometry."""
+        return self._relief
+
     def set_caption(self, text: str) -> None:
         """A line above the picture; empty hides it."""
         self.caption.setText(text)
@@ -132,21 +141,11 @@ class Viewport(QWidget):
         if surface is None:
             self.legend.set_field(None, None, (0.0, 1.0))
             return
-        surface.set_edges(display.edges)
-        surface.set_back_faces(display.back_faces)
+        draw_surface(surface, field, display, self._relief)
         if field is None:
-            surface.set_uniform_color(GEOMETRY_COLOR)
-            surface.set_shading(1.0)
             self.legend.set_field(None, None, (0.0, 1.0))
         else:
-            color_map, (low, high) = display.map_for(field), display.range_for(field)
-            shaped = display.shading or field.rgb is not None  # categories alone would show no shapes
-            surface.set_shading(_SHADING if shaped else 0.0)
-            if display.game and not color_map.diverging and not field.inspected:
-                surface.set_game_values(field.values, field.not_baked, color_map, low, high, self._relief)
-            else:
-                surface.set_colors(field.colors(color_map, low, high, self._relief))
-            self.legend.set_field(field, color_map, (low, high), note)
+            self.legend.set_field(field, display.map_for(field), display.range_for(field), note)
         self._place_children()
         self.view.update()
 

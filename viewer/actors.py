@@ -35,6 +35,11 @@ _GAME_SHADER = f"""//VTK::Color::Impl
     diffuseColor = (1.0 - obscuraAmbient) * diffuseColor;
   }}
 """
+# Only where it is asked for: a shader that may discard costs early depth tests.
+_SPAN_SHADER = f"""{_GAME_SHADER}
+  if (gl_FragCoord.x < obscuraLeft || gl_FragCoord.x >= obscuraRight) discard;
+"""
+_COLOR_CODE = "//VTK::Color::Impl"
 
 
 def vtk_points(positions: Float32Array) -> vtkPoints:
@@ -65,7 +70,10 @@ class SurfaceActor:
         self._data = vtkPolyData()
         self._data.SetPoints(vtk_points(np.array(positions, np.float32)))
         self._data.SetPolys(vtk_cells(self._faces))
-        self._colors: UInt8Array = np.empty((len(positions), 3), np.uint8)
+        self._begin(len(positions))
+
+    def _begin(self, count: int) -> None:
+        self._colors: UInt8Array = np.empty((count, 3), np.uint8)
         self._colors[:] = GEOMETRY_COLOR
         self._scalars = numpy_to_vtk(self._colors)
         self._data.GetPointData().SetScalars(self._scalars)
@@ -80,7 +88,8 @@ class SurfaceActor:
         self.actor.SetMapper(mapper)
         self.actor.PickableOff()
         shaders = self.actor.GetShaderProperty()
-        shaders.AddFragmentShaderReplacement("//VTK::Color::Impl", True, _GAME_SHADER, False)
+        shaders.AddFragmentShaderReplacement(_COLOR_CODE, True, _GAME_SHADER, False)
+        self._spanned = False
         self._uniforms = shaders.GetFragmentCustomUniforms()
         self._uniforms.SetUniform1fv("obscuraColors", 3 * _LEVELS, [0.0] * (3 * _LEVELS))
         self._uniforms.SetUniformi("obscuraGame", 0)
@@ -155,6 +164,32 @@ class SurfaceActor:
     def set_back_faces(self, shown: bool) -> None:
         """Shows or hides faces seen from behind: hidden, one can look into a closed room from outside."""
         self.actor.GetProperty().SetBackfaceCulling(not shown)
+
+    def twin(self) -> SurfaceActor:
+        """The same triangles once more, with colours of their own; positions and faces are shared."""
+        twin = SurfaceActor.__new__(SurfaceActor)
+        twin._faces, twin._data = self._faces, vtkPolyData()
+        twin._data.SetPoints(self._data.GetPoints())
+        twin._data.SetPolys(self._data.GetPolys())
+        twin._begin(len(self._colors))
+        return twin
+
+    def show_faces_of(self, other: SurfaceActor) -> None:
+        """Draws the faces that a twin draws."""
+        self._data.SetPolys(other._data.GetPolys())
+        self._data.Modified()
+
+    def set_span(self, span: tuple[float, float] | None) -> None:
+        """Draws only columns of pixels from the first to before the second, counted from the left; None for all."""
+        if (span is not None) != self._spanned:
+            self._spanned = span is not None
+            shaders = self.actor.GetShaderProperty()
+            shaders.ClearFragmentShaderReplacement(_COLOR_CODE, True)
+            code = _SPAN_SHADER if self._spanned else _GAME_SHADER
+            shaders.AddFragmentShaderReplacement(_COLOR_CODE, True, code, False)
+        if span is not None:
+            self._uniforms.SetUniformf("obscuraLeft", span[0])
+            self._uniforms.SetUniformf("obscuraRight", span[1])
 
     def set_visible_faces(self, visible: BoolArray | None) -> None:
         """Draws a subset of the faces; shape (m,), bool, or None for all of them."""

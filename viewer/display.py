@@ -9,6 +9,7 @@ from bake.types import BakeResult, VertexField
 from viewer.colormaps import ColorMap, color_map_named
 from viewer.fields import Quantity, SurfaceField, blended_field, difference_field, distance_field
 from viewer.inspections import Inspection
+from viewer.runtime_light import ambient_map
 from viewer.tone import SHORT_SHARE, RemapCurve
 
 
@@ -24,6 +25,7 @@ class Display:
         short_share: Weight of the shortest distance in the blend, in [0, 1].
         curve: Remap curve of the blend.
         game: Draw it as the game stores it: 5 bits with dither.
+        hour: Time of day for which AO dims the ambient light of a neutral surface; None: values by the map.
         color_map: Name of the map for values; differences have their own.
         low, high: Range of the map for AO; None: the quantity's own, which is [0, 1].
         difference_range: Reach of the map for differences, to both sides; None: the field's own.
@@ -39,6 +41,7 @@ class Display:
     short_share: float = SHORT_SHARE
     curve: RemapCurve = RemapCurve()
     game: bool = False
+    hour: float | None = None
     color_map: str = "grey"
     low: float | None = None
     high: float | None = None
@@ -53,7 +56,9 @@ class Display:
 
     def map_for(self, field: SurfaceField) -> ColorMap:
         """The colour map to draw a field with."""
-        return field.color_map if field.color_map.diverging or field.inspected else color_map_named(self.color_map)
+        if field.color_map.diverging or field.inspected:
+            return field.color_map
+        return color_map_named(self.color_map) if self.hour is None else ambient_map(self.hour)
 
     def range_for(self, field: SurfaceField) -> tuple[float, float]:
         """The ends of the map for a field."""
@@ -62,6 +67,8 @@ class Display:
         if field.color_map.diverging:
             reach = field.high if self.difference_range is None else self.difference_range
             return -reach, reach
+        if self.hour is not None:
+            return 0.0, 1.0
         low = field.low if self.low is None else self.low
         high = field.high if self.high is None else self.high
         return low, high

@@ -134,7 +134,7 @@ def difference_field(
     return SurfaceField(
         title=f"Difference at {distance_label(distances[column])}",
         values=values,
-        not_baked=_not_baked(minuend),
+        not_baked=_not_baked(minuend) | _not_baked(subtrahend),
         low=-reach,
         high=reach,
         color_map=BLUE_WHITE_ORANGE,

@@ -153,8 +153,13 @@ class ViewsPart(Part):
 
     def compare(self, on: bool) -> None:
         """Shows the other mapping beside the result's own, on one camera."""
+        self.bench.registry["compare"].setChecked(on)
+        self.split(on)
+        self.bench.controller.compare(on)
+
+    def split(self, on: bool) -> None:
+        """Opens or closes the second viewport, on one camera with the first."""
         bench = self.bench
-        bench.registry["compare"].setChecked(on)
         if on and bench.area.other is None:
             viewport = bench.area.split()
             bench.readouts.follow(viewport)
@@ -163,7 +168,6 @@ class ViewsPart(Part):
         elif not on and bench.area.other is not None:
             bench.presenter.remove_viewport(bench.area.other)
             bench.area.unsplit()
-        bench.controller.compare(on)
 
     def compare_tree_models(self, on: bool) -> None:
         """Shows the three models of the selected tree side by side, on a camera of their own."""
