@@ -220,9 +220,12 @@ def hidden_ridge(random: Random) -> Injection:
     outside = block((-0.6, -0.01, -0.6), (0.6, top, 0.6), 0.2)
     hollow = block((-0.5, 0.03, -0.5), (0.5, 0.3, 0.5), 0.2).flipped()
     long, wide, ridge = random.uniform(0.2, 0.35), random.uniform(0.3, 0.42), top + shows
-    corners = [(-long, 0.06, -wide), (-long, 0.06, wide), (-0.8 * long, ridge, 0.0)]
-    corners += [(long, 0.06, -wide), (long, 0.06, wide), (0.8 * long, ridge, 0.0)]
-    faces = [(0, 1, 2), (3, 5, 4), (1, 4, 5), (1, 5, 2), (0, 2, 5), (0, 5, 3), (0, 3, 4), (0, 4, 1)]
+    section = [(-wide, 0.06), (wide, 0.06), (0.8 * wide, 0.33), (0.0, ridge), (-0.8 * wide, 0.33)]
+    corners = [(x, y, z) for x in (-long, long) for z, y in section]
+    faces = [(0, i, i + 1) for i in (1, 2, 3)] + [(5, 6 + i, 5 + i) for i in (1, 2, 3)]
+    for i in range(5):
+        j = (i + 1) % 5
+        faces += [(i, i + 5, j), (j, i + 5, j + 5)]
     prism = Solid(np.array(corners), np.array(faces, np.int32))
     return Injection(
         CauseKind.STARVED,

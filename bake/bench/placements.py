@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from bake.arrays import BoolArray, Float64Array
-from bake.geometry import face_normals
+from bake.geometry import cosine_direction, face_normals
+from bake.low_discrepancy import owen_sobol
 from bake.trace import Tracer
 from bake.types import World
 
 TRIES = 20_000
+SOUND_RAYS = 64
+MOST_BACKS = 0.1  # of what can be seen from a place
 LEVEL = 0.95  # cosine against up of ground that counts as level
 
 
@@ -26,7 +29,7 @@ def free_places(
     """Random places on level ground with room around them, shape (p, 3), metres from `World.origin`, p ≤ `most`.
 
     There is room where rays upwards are free up to `height` and rays all around, at a quarter and at half of it, up
-    to `radius`. Places are at least two radii apart.
+    to `radius`, and where hardly a back shows. Places are at least two radii apart.
     """
     up = np.zeros(3)
     up[up_axis] = 1.0
@@ -50,7 +53,21 @@ def free_places(
     # solid ground all around: not at the edge of a roof or of the world
     rim = 0.7 * radius * around
     falls = _falls(tracer, points + 0.25 * height * up, rim, -up, 0.4 * height)
-    return _apart(points[falls], 2.0 * radius, most)
+    points = points[falls]
+    return _apart(points[_sound(tracer, points + 0.25 * height * up, up)], 2.0 * radius, most)
+
+
+def _sound(tracer: Tracer, points: Float64Array, up: Float64Array) -> BoolArray:
+    """Whether next to no backs can be seen: otherwise whatever is put there has invalid samples anyway."""
+    number = np.arange(SOUND_RAYS)
+    u, v = owen_sobol(number, np.full(SOUND_RAYS, 5, np.uint32))
+    ways = cosine_direction(u, v, np.tile(up, (SOUND_RAYS, 1)))
+    origins = np.repeat(points, SOUND_RAYS, axis=0).astype(np.float32)
+    directions = np.ascontiguousarray(np.tile(ways, (len(points), 1)), np.float32)
+    hits = tracer.nearest(np.ascontiguousarray(origins), directions, tracer.settings.trace_distance)
+    struck = (hits.face >= 0).reshape(-1, SOUND_RAYS).sum(axis=1)
+    backs = ((hits.face >= 0) & (hits.cosine > 0.0)).reshape(-1, SOUND_RAYS).sum(axis=1)
+    return np.asarray(backs <= MOST_BACKS * struck)
 
 
 def _free(tracer: Tracer, points: Float64Array, directions: Float64Array, reach: float) -> BoolArray:

@@ -96,9 +96,9 @@ def drum_on_ground(random: Random) -> Injection:
     """The line of contact of a lying drum and the ground."""
     radius, sides = random.uniform(0.2, 0.35), int(random.integers(24, 40))
     drum = revolved([(0.0, -0.5), *((radius, y) for y in steps(-0.5, 0.5, 0.1)), (0.0, 0.5)], sides)
-    lying = Solid(drum.positions[:, [1, 2, 0]], drum.faces).moved(0.0, radius + 0.055, 0.0)
+    lying = Solid(drum.positions[:, [1, 2, 0]], drum.faces).moved(0.0, radius + 0.064, 0.0)
     slab = block((-0.7, -0.01, -0.7), (0.7, 0.06, 0.7), 0.06)
-    spot = (random.uniform(-0.3, 0.3), 0.06, random.uniform(0.02, 0.05))
+    spot = (random.uniform(-0.3, 0.3), 0.06, random.uniform(0.03, 0.07))
     return _sound("drum on the ground", {"Slab": slab, "Drum": lying}, "Slab", spot, (0.0, 1.0, 0.0))
 
 

@@ -8,8 +8,15 @@ from bake.explain.cause_names import CauseKind
 from bake.explain.cause_types import Cause, Remedy, certainty, percent
 from bake.explain.object_signs import shell_around, turned_share, wound_against_neighbours
 from bake.explain.suspect import Suspect
+from bake.explain.types import Share
 from bake.geometry import face_normals
 from bake.types import Float64Array, Role
+
+SHELL_SHARE = 0.25
+"""Share of the darkness below which no shell is looked for."""
+
+MOST_SHELL_FACES = 50_000
+"""Shells are coarse."""
 
 
 def against_face(suspect: Suspect) -> Cause | None:
@@ -101,15 +108,22 @@ def _covered(suspect: Suspect) -> Cause | None:
 
 def enclosing_shell(suspect: Suspect) -> Cause | None:
     """A closed surface around the spot takes most of the light."""
-    evidence, world = suspect.evidence, suspect.world
-    shares = [share for share in suspect.explanation.occluders if not share.is_self]
-    if not shares:
+    column = suspect.evidence.column
+    darkness = float(suspect.explanation.darkness[column])
+    if darkness < 0.15:
         return None
-    column = evidence.column
-    top = max(shares, key=lambda share: float(share.share[column]))
-    darkness = max(float(suspect.explanation.darkness[column]), 1e-6)
-    part = float(top.share[column]) / darkness
-    if part < 0.4 or darkness < 0.15:
+    found = [
+        _shell(suspect, share, float(share.share[column]) / darkness)
+        for share in suspect.explanation.occluders
+        if not share.is_self and float(share.share[column]) > SHELL_SHARE * darkness
+    ]
+    return max(found, key=lambda cause: cause.confidence if cause else -1.0, default=None)
+
+
+def _shell(suspect: Suspect, top: Share, part: float) -> Cause | None:
+    """Whether one occluder, which takes `part` of the darkness, is a shell around the spot."""
+    world = suspect.world
+    if world.first_face[top.object + 1] - world.first_face[top.object] > MOST_SHELL_FACES:
         return None
     shell = shell_around(world, top.object, suspect.explanation.spot.position)
     told = any(
@@ -118,7 +132,7 @@ def enclosing_shell(suspect: Suspect) -> Cause | None:
     round_it = certainty(abs(shell.winding), 0.8, 0.95) * certainty(shell.closed, 0.9, 0.99)
     hollow = certainty(shell.inward, 0.7, 0.9)
     alien = 1.0 if told or shell.crossed else 0.6
-    strength = max(round_it * hollow * alien, 1.0 if told else 0.0) * certainty(part, 0.4, 0.6)
+    strength = max(round_it * hollow * alien, 1.0 if told else 0.0) * certainty(part, SHELL_SHARE, 0.5)
     if strength <= 0.0:
         return None
     text = (

@@ -11,6 +11,7 @@ import numpy as np
 
 from bake.explain.cause_names import CauseKind
 from bake.explain.cause_types import Cause, Remedy, certainty, percent
+from bake.explain.evidence import Evidence
 from bake.explain.suspect import Suspect
 from bake.geometry import cosine_direction, face_normals
 from bake.low_discrepancy import owen_sobol
@@ -28,11 +29,17 @@ SEAM_REACH = 1e-3
 RETRACED_RAYS = 64
 
 
+def gap_counts(evidence: Evidence) -> float:
+    """How far a value is too dark to be chance, in [0, 1]; where little can be seen anyway, less is enough."""
+    scale = GAP * min(max(evidence.seen / 0.6, 0.4), 1.0)
+    return certainty(evidence.gap, 0.5 * scale, 1.5 * scale)
+
+
 def starved(suspect: Suspect) -> Cause | None:
     """The value comes from elsewhere, because hardly a valid sample lies around the spot."""
     evidence = suspect.evidence
     lacking = max(certainty(evidence.own_weight, 0.6, 0.2), certainty(evidence.invalid_share, 0.75, 0.95))
-    strength = lacking * certainty(abs(evidence.gap), 0.5 * GAP, 2.0 * GAP)
+    strength = lacking * max(gap_counts(evidence), certainty(-evidence.gap, 0.5 * GAP, 1.5 * GAP))
     if strength <= 0.0:
         return None
     carried = 1.0 - evidence.own_weight
@@ -165,7 +172,7 @@ def buried(suspect: Suspect) -> Cause | None:
         rest = evidence.seen
     here = float(evidence.front.from_behind.mean()) > BURIED and float(evidence.front.stopped.mean()) > 0.9
     explained = (rest - evidence.value) / max(evidence.gap, GAP)
-    strength = certainty(evidence.gap, 0.5 * GAP, 1.5 * GAP) * certainty(explained, 0.2, 0.6)
+    strength = gap_counts(evidence) * certainty(explained, 0.2, 0.6)
     if here and share > 0.5:
         strength = 0.9
     if strength <= 0.0:
@@ -209,7 +216,7 @@ def leak(suspect: Suspect) -> Cause | None:
     if not np.isfinite(rest):  # nothing else weighs: then it is what can be seen that they stand in for
         rest = evidence.seen
     explained = (rest - evidence.value) / max(evidence.gap, GAP)
-    strength = certainty(evidence.gap, 0.5 * GAP, 1.5 * GAP) * certainty(explained, 0.2, 0.6)
+    strength = gap_counts(evidence) * certainty(explained, 0.2, 0.6)
     if strength <= 0.0:
         return None
     share = float(np.abs(heavy.weight[hidden]).sum())
