@@ -7,10 +7,25 @@ import logging
 import time
 
 from PyQt6.QtCore import QObject, pyqtSignal
-from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPlainTextEdit, QPushButton, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import (
+    QApplication,
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPlainTextEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 _MOST_LINES = 5000
-_LEVELS = (("Everything", logging.DEBUG), ("Information", logging.INFO), ("Warnings", logging.WARNING))
+_LEVELS = (
+    ("Everything", logging.DEBUG),
+    ("Information", logging.INFO),
+    ("Warnings", logging.WARNING),
+    ("Errors", logging.ERROR),
+)
 _PACKAGES = ("app", "bake", "viewer")
 _COLORS = {logging.WARNING: "#c77700", logging.ERROR: "#d8404a", logging.CRITICAL: "#d8404a"}
 
@@ -23,6 +38,7 @@ class LogPanel(QWidget):
         self._lines: list[tuple[int, str]] = []
         self._text = QPlainTextEdit()
         self._text.setReadOnly(True)
+        self._text.setPlaceholderText("What window and engine have to say appears here.")
         self._text.setMaximumBlockCount(_MOST_LINES)
         self._text.setLineWrapMode(QPlainTextEdit.LineWrapMode.WidgetWidth)
         self._level = QComboBox()
@@ -31,13 +47,22 @@ class LogPanel(QWidget):
         self._level.setCurrentIndex(1)
         self._level.setToolTip("Least serious lines to show")
         self._level.currentIndexChanged.connect(self._refill)
+        self.filter = QLineEdit()
+        self.filter.setPlaceholderText("Filter")
+        self.filter.setClearButtonEnabled(True)
+        self.filter.setToolTip("Show only lines that contain this text")
+        self.filter.textChanged.connect(self._refill)
+        copy = QPushButton("Copy")
+        copy.setToolTip("Copy the lines shown")
+        copy.clicked.connect(self._copy)
         clear = QPushButton("Clear")
         clear.setToolTip("Forget all lines")
         clear.clicked.connect(self.clear)
         top = QHBoxLayout()
         top.addWidget(QLabel("Show"))
         top.addWidget(self._level)
-        top.addStretch(1)
+        top.addWidget(self.filter, 1)
+        top.addWidget(copy)
         top.addWidget(clear)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
@@ -49,7 +74,7 @@ class LogPanel(QWidget):
         line = f"{time.strftime('%H:%M:%S')}  {logging.getLevelName(level).lower():<8}  {source}: {text}"
         self._lines.append((level, line))
         del self._lines[:-_MOST_LINES]
-        if level >= self._level.currentData():
+        if self._is_shown(level, line):
             self._append(level, line)
 
     def clear(self) -> None:
@@ -70,8 +95,16 @@ class LogPanel(QWidget):
     def _refill(self) -> None:
         self._text.clear()
         for level, line in self._lines:
-            if level >= self._level.currentData():
+            if self._is_shown(level, line):
                 self._append(level, line)
+
+    def _is_shown(self, level: int, line: str) -> bool:
+        return level >= self._level.currentData() and self.filter.text().lower() in line.lower()
+
+    def _copy(self) -> None:
+        clipboard = QApplication.clipboard()
+        if clipboard is not None:
+            clipboard.setText(self.text())
 
 
 class LogBridge(QObject):

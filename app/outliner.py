@@ -62,6 +62,7 @@ class Outliner(QWidget):
         self.tree.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.tree.setExpandsOnDoubleClick(False)
         self.tree.setIndentation(14)
+        self.tree.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # names of copies differ at their ends
         self.tree.setAccessibleName("Objects")
         self._lay_out_header()
         self.tree.clicked.connect(self._on_click)
