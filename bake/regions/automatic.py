@@ -77,13 +77,8 @@ def automatic_regions(
     stops = stopping_faces(scene, world)
     corners = up.turned(world.positions[world.faces[stops]])
     where = str(scene.path)
-    nowhere = SceneError(
-        "no floor was found to make regions over",
-        where=where,
-        remedy="state regions in a file; if up is not up, say so by --ground",
-    )
     if len(corners) == 0:
-        raise nowhere
+        raise no_floor(scene)
     turned_seeds = up.turned(np.array(seeds, np.float64).reshape(-1, 3) - world.origin) if len(seeds) else None
     plan, findings = _plan(corners, settings.region_cell, turned_seeds, where)
     yield Progress("regions", 0, 4)
@@ -93,7 +88,7 @@ def automatic_regions(
     yield Progress("regions", 2, 4)
     space = choose_walkable(floors, turned_seeds)
     if not space.walked.any():
-        raise nowhere
+        raise no_floor(scene)
     yield Progress("regions", 3, 4)
     area = float(space.walked.sum()) * plan.cell**2
     longest = max(LONGEST, math.sqrt(area / _WANTED), 4.0 * plan.cell)
@@ -105,6 +100,15 @@ def automatic_regions(
     minimum, maximum = up.boxes(rooms.low[chosen], rooms.high[chosen])
     points = up.world(_body_points(space))
     return AutomaticRegions(minimum, maximum, up.world(rooms.seed[chosen]), points, tuple(findings), rays)
+
+
+def no_floor(scene: Scene) -> SceneError:
+    """The error that says that nothing can be made."""
+    return SceneError(
+        "no floor was found to make regions over",
+        where=str(scene.path),
+        remedy="state regions in a file; if up is not up, say so by --ground",
+    )
 
 
 def _plan(corners: Float64Array, cell: float, seeds: Float64Array | None, where: str) -> tuple[Plan, list[Finding]]:

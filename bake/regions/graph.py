@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from bake.region_types import GRID, RegionGraph
-from bake.regions.automatic import AutomaticRegions, automatic_regions
+from bake.regions.automatic import AutomaticRegions, automatic_regions, no_floor
 from bake.regions.boundaries import Openings, measure_openings
 from bake.regions.coverage import coverage
 from bake.regions.floor_below import Floor
@@ -110,6 +110,8 @@ def _automatic(
     reach = reachable(made.minimum, made.maximum, made.seed, free, down=floor.up.down)
     yield Progress(_STAGE, 0, 2)
     kept = np.flatnonzero(reach.valid.any(axis=1))
+    if len(kept) == 0:
+        raise no_floor(scene)
     minimum, maximum, seed, valid = made.minimum[kept], made.maximum[kept], made.seed[kept], reach.valid[kept]
     pairs = meeting_pairs(minimum, maximum)
     openings = measure_openings(minimum, maximum, valid, seed, pairs, free)

@@ -12,6 +12,9 @@ from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 SMALLEST = 4.0
 """Square metres: a floor apart from all others is a place of its own from this size on."""
 
+LEAST = 1.0
+"""Square metres: no floor at all is smaller."""
+
 LARGEST_OBSTACLE = 25.0
 """Square metres: what lies within a ledge of a floor and is no larger, such as a table, has its air with it."""
 
@@ -36,7 +39,7 @@ def choose_walkable(floors: Floors, seeds: Float64Array | None = None) -> Walkab
 
     With seeds, those below them. Without, each that is large enough and is neither the top of something (on most open
     sides it falls off to lower ground) nor a roof (open at most sides, with free space under most of it); the largest
-    that is no roof counts always.
+    that is no roof counts always, if it has a square metre.
 
     Args:
         floors: All cells.
@@ -65,7 +68,8 @@ def _likely(floors: Floors, label: Int32Array, cells: Int64Array) -> BoolArray:
     roof = (hollow > 0.5 * cells) & (falls + edges > 0.5 * sides)
     top = falls > 0.5 * sides
     wanted = (cells * floors.plan.cell**2 >= SMALLEST) & ~roof & ~top
-    wanted[np.where(roof, 0, cells).argmax() if not roof.all() else cells.argmax()] = True
+    largest = np.where(roof, 0, cells).argmax() if not roof.all() else cells.argmax()
+    wanted[largest] |= cells[largest] * floors.plan.cell**2 >= LEAST
     return wanted
 
 
