@@ -5,6 +5,8 @@ from collections.abc import Mapping
 COMMANDS: Mapping[str, str] = {
     "bake": "bake a scene without a window",
     "explain": "say why a spot has its value: samples, rays, occluders and causes",
+    "spots": "list suspicious places of a result, the gravest first",
+    "remedy": "preview what would mend a spot, and write it into the side file",
     "export": "write a result as .npz, .ply, .glb, .obj or .vao",
     "walk": "walk a character through the regions and find where it pops",
     "regions": "list, check and export the regions in which objects move",

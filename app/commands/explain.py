@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"{arguments.samples} samples", where="--samples", remedy="use 0 or more")
     result = load_result(arguments.result)
     vertex = None if arguments.vertex is None else named_vertex(result.world, arguments.vertex)
-    point = None if arguments.point is None else _point(arguments.point) - result.world.origin
+    point = None if arguments.point is None else point_of(arguments.point) - result.world.origin
     removed = [object_number(result.world, path, "--without") for path in arguments.without]
     with Explainer(result) as explainer:
         if vertex is not None:
@@ -222,7 +222,12 @@ def to_text(
     return "\n".join(lines)
 
 
-def _point(text: str) -> Float64Array:
+def point_of(text: str) -> Float64Array:
+    """The point that `X,Y,Z` names, shape (3,), world metres.
+
+    Raises:
+        InputError: it is written otherwise.
+    """
     parts = text.split(",")
     try:
         point = np.array([float(part) for part in parts])
