@@ -103,11 +103,11 @@ def _tree_models(arguments: argparse.Namespace) -> list[Measurements]:
     return list(measured.tables)
 
 
-def _fog(arguments: argparse.Namespace) -> list[Measurements]:
+def _fog(arguments: argparse.Namespace) -> Iterable[Measurements]:
     from bake.bench.fog import measure_fog
 
     scenes = _scenes(arguments) if arguments.paths else []
-    return [measure_fog(scenes, explicit_options(arguments))]
+    return measure_fog(scenes, explicit_options(arguments))
 
 
 def _regions(arguments: argparse.Namespace) -> list[Measurements]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import tempfile
 import time
@@ -16,43 +17,45 @@ from bake.bench.table import Measurements
 from bake.decorator_types import FogBoxes
 from bake.decorators.fog import make_fog
 from bake.decorators.fog_density import without_overlap
-from bake.devices import Device, resolve
+from bake.devices import resolve
 from bake.pipeline import settings_for
 from bake.samples import place_samples
 from bake.scene import flatten, load_scene
 from bake.settings import BakeSettings
 from bake.trace import Tracer, create_tracer
-from bake.types import BoolArray, Float32Array, Role, SampleSet, Tally, World
+from bake.types import BoolArray, Float32Array, Int64Array, Role, SampleSet, Tally, World
 
 COST_GATE = 1.0
 _BOXES = 8000
-_SAMPLES = 1 << 15
-_ROUNDS = 5
+_SAMPLES = 1 << 14
+_ROUNDS, _WORTH_ROUNDS = 15, 5
 _CELLS = 670
 _NEAR_M = 1.0
 _TRUTH_RAYS = 256
 
 
-def measure_fog(scenes: Sequence[Path], options: Mapping[str, Any]) -> Measurements:
-    """Rows for the cost of 8,000 boxes over fields of a million triangles, and four rows a scene with shrubs.
+def measure_fog(scenes: Sequence[Path], options: Mapping[str, Any]) -> tuple[Measurements, ...]:
+    """Two tables: what 8,000 boxes cost over fields of a million triangles; and four rows a scene with shrubs.
 
     Args:
         scenes: Scene files; shrubs in them are also traced as real geometry.
         options: Bake options by long name.
     """
-    rows: list[dict[str, Any]] = []
     fields = {"bare field": height_field(_CELLS), "field with props": field_with_props(_CELLS, subdivisions=2)}
-    rows += [{"scene": name, **_cost(field, BakeSettings.from_options(options))} for name, field in fields.items()]
-    for path in scenes:
-        rows += [{"scene": path.stem, **row} for row in _worth(path, options)]
-    notes = [
-        f"cost: {_SAMPLES:,} samples spread over the field, with and without fog in turn, median of {_ROUNDS} rounds; "
+    cost = [{"scene": name, **_cost(field, BakeSettings.from_options(options))} for name, field in fields.items()]
+    cost_notes = [
+        f"{_SAMPLES:,} samples spread over the field, with and without fog in turn, median of {_ROUNDS} rounds; "
         f"gate: fog costs at most {COST_GATE:g} of the opaque pass",
-        f"worth: RMSE of AO at the surface samples within {_NEAR_M:g} m of a shrub's box against the real foliage "
-        f"traced with {_TRUTH_RAYS} rays; fog has the densities that the scene gives, fitted fog those of its meshes",
+    ]
+    worth = [{"scene": path.stem, **row} for path in scenes for row in _worth(path, options)]
+    worth_notes = [
+        f"up to {_SAMPLES:,} surface samples within {_NEAR_M:g} m of a shrub's box; RMSE of AO against the real "
+        f"foliage traced with {_TRUTH_RAYS} rays; fog has the densities that the scene gives, fitted fog those of its "
+        f"meshes; seconds are medians of {_WORTH_ROUNDS} rounds in turn",
         "gate: fog, with given and with fitted densities, has less error than leaving the shrubs out",
     ]
-    return Measurements("fog", rows, notes)
+    tables = (Measurements("cost of fog", cost, cost_notes), Measurements("worth of fog", worth, worth_notes))
+    return tables if worth else tables[:1]
 
 
 def _cost(field: Geometry, settings: BakeSettings) -> dict[str, Any]:
@@ -63,14 +66,7 @@ def _cost(field: Geometry, settings: BakeSettings) -> dict[str, Any]:
         world = flatten(load_scene(Path(folder) / "field.ply"), settings)
     fog, rng = _scattered(world), np.random.default_rng(2)
     samples = place_samples(world, settings)
-    some = np.sort(rng.permutation(len(samples))[:_SAMPLES])
-    samples = dataclasses.replace(
-        samples,
-        face=samples.face[some],
-        barycentric=samples.barycentric[some],
-        area=samples.area[some],
-        index=samples.index[some],
-    )
+    samples = _subset(samples, np.sort(rng.permutation(len(samples))[:_SAMPLES]))
     begin = time.perf_counter()
     without_overlap(fog.minimum, fog.maximum, fog.given_density)
     overlap_s = time.perf_counter() - begin
@@ -82,7 +78,7 @@ def _cost(field: Geometry, settings: BakeSettings) -> dict[str, Any]:
         for tracer in (plain, foggy):
             tracer.accumulate(samples, slice(0, 256), Tally.empty(len(samples), settings.distance_count))
         for _ in range(_ROUNDS):
-            one, other = (_traced(tracer, samples, settings)[1] for tracer in (plain, foggy))
+            one, other = (_traced(tracer, samples)[1] for tracer in (plain, foggy))
             seconds.append((one, other))
         name = f"{plain.name} on {plain.device}"
     opaque, both = np.median(np.array(seconds), axis=0).tolist()
@@ -117,27 +113,39 @@ def _worth(path: Path, options: Mapping[str, Any]) -> list[dict[str, Any]]:
     if fog is None:
         return []
     device, samples = resolve(settings.device), place_samples(world, settings)
-    near = _near(world, samples, fog)
+    near = np.flatnonzero(_near(world, samples, fog))
+    some = np.random.default_rng(3).permutation(near)[:_SAMPLES]
+    samples = _subset(samples, np.sort(some))
     begin = time.perf_counter()
     fitted = make_fog(_without_densities(world), settings.replaced(fit_fog=True))
     fit_s = time.perf_counter() - begin
     shrub = np.array([role is Role.SHRUB for role in world.object_roles], np.bool_)[world.face_object]
     foliage = dataclasses.replace(world, face_casts=world.face_casts | shrub)
-    truth = _variant(foliage, None, samples, settings.replaced(rays=_TRUTH_RAYS), device)[0].ao[near]
+    with create_tracer(foliage, settings.replaced(rays=_TRUTH_RAYS), device) as tracer:
+        truth = _traced(tracer, samples)[0].ao
+    variants = {
+        f"real foliage, {int(shrub.sum()):,} triangles": (foliage, None),
+        f"fog, {len(fog):,} boxes": (world, fog),
+        f"fitted fog, {len(fog):,} boxes": (world, fitted),
+        "left out": (world, None),
+    }
     rows: list[dict[str, Any]] = []
-    for name, seen, boxes in (
-        (f"real foliage, {int(shrub.sum()):,} triangles", foliage, None),
-        (f"fog, {len(fog):,} boxes", world, fog),
-        (f"fitted fog, {len(fog):,} boxes", world, fitted),
-        ("left out", world, None),
-    ):
-        tally, trace_s, build_s = _variant(seen, boxes, samples, settings, device)
-        difference = tally.ao[near].astype(np.float64) - truth
-        rows.append({"occluders": name, "build s": build_s, "trace s": trace_s})
+    with contextlib.ExitStack() as stack:
+        tracers: list[Tracer] = []
+        for name, (seen, boxes) in variants.items():
+            begin = time.perf_counter()
+            tracers.append(stack.enter_context(create_tracer(seen, settings, device, fog=boxes)))
+            rows.append({"occluders": name, "samples near": len(samples), "build s": time.perf_counter() - begin})
+        tallies = [_traced(tracer, samples)[0] for tracer in tracers]  # warms them up
+        seconds = np.array([[_traced(tracer, samples)[1] for tracer in tracers] for _ in range(_WORTH_ROUNDS)])
+    dearer = np.median(seconds / seconds[:, -1:], axis=0)
+    for row, tally, trace_s, ratio in zip(rows, tallies, np.median(seconds, axis=0), dearer, strict=True):
+        difference = tally.ao.astype(np.float64) - truth
+        row |= {"trace s": float(trace_s), "trace / left out": float(ratio)}
         for column, distance in enumerate(settings.column_distances):
-            rows[-1] |= {
+            row |= {
                 f"RMSE {distance:g} m": float(np.sqrt((difference[:, column] ** 2).mean())),
-                f"mean {distance:g} m": float(tally.ao[near, column].mean()),
+                f"mean {distance:g} m": float(tally.ao[:, column].mean()),
             }
     rows[2]["fit s"] = fit_s
     keys = [f"RMSE {distance:g} m" for distance in settings.column_distances]
@@ -152,18 +160,19 @@ def _without_densities(world: World) -> World:
     return dataclasses.replace(world, object_keys=keys)
 
 
-def _variant(
-    world: World, fog: FogBoxes | None, samples: SampleSet, settings: BakeSettings, device: Device
-) -> tuple[Tally, float, float]:
-    """The tally, and the seconds that tracing and building took."""
-    begin = time.perf_counter()
-    with create_tracer(world, settings, device, fog=fog) as tracer:
-        built = time.perf_counter() - begin
-        return (*_traced(tracer, samples, settings), built)
+def _subset(samples: SampleSet, some: Int64Array) -> SampleSet:
+    """Some of the samples, by number."""
+    return dataclasses.replace(
+        samples,
+        face=samples.face[some],
+        barycentric=samples.barycentric[some],
+        area=samples.area[some],
+        index=samples.index[some],
+    )
 
 
-def _traced(tracer: Tracer, samples: SampleSet, settings: BakeSettings) -> tuple[Tally, float]:
-    tally = Tally.empty(len(samples), settings.distance_count)
+def _traced(tracer: Tracer, samples: SampleSet) -> tuple[Tally, float]:
+    tally = Tally.empty(len(samples), tracer.settings.distance_count)
     begin = time.perf_counter()
     for batch in samples.batches(tracer.batch_size):
         tracer.accumulate(samples, batch, tally)
