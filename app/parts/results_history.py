@@ -15,6 +15,8 @@ from bake.errors import ObscuraError
 
 logger = logging.getLogger(__name__)
 
+_BAKE = "bake"
+
 
 class ResultsHistoryPart(Part):
     """Keeps results around each bake, puts them back on undo, and clears up behind the undo stack."""
@@ -42,6 +44,15 @@ class ResultsHistoryPart(Part):
         self._sweep.stop()
         self._kept.drop_others((), self._kept.count)
 
+    def former(self) -> Path | None:
+        """Where the result is kept that the last bake replaced; None if none did, or if that was undone."""
+        undo = self.bench.undo
+        for row in reversed(range(undo.index())):
+            step = undo.command(row)
+            if isinstance(step, Step) and step.text() == _BAKE:
+                return next((path for path in step.holds[:-1] if isinstance(path, Path)), None)
+        return None
+
     def _on_begin(self, result: Path) -> None:
         self._before = None
         try:
@@ -62,7 +73,7 @@ class ResultsHistoryPart(Part):
             return
         if latter is not None:
             step = Step(
-                "bake",
+                _BAKE,
                 redo=lambda: self._put(latter, result),
                 undo=lambda: self._put(former, result),
                 done=True,
