@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from PyQt6.QtCore import QObject, Qt, QTimer
-from PyQt6.QtWidgets import QDockWidget, QFrame, QMainWindow, QScrollArea, QTabWidget, QWidget
+from PyQt6.QtWidgets import QDockWidget, QFrame, QMainWindow, QScrollArea, QTabBar, QTabWidget, QWidget
 
 from app.actions import ActionSpec
 from app.window_parts import DockSpec, Side
@@ -92,7 +92,23 @@ class _Titles(QObject):
                 if layout is not None:  # Qt gives the bar its room at the next resize only
                     layout.invalidate()
                     layout.setGeometry(dock.rect())
+        _hide_stale_tabs(self._window, self._docks)
         self._window.update()  # tabs that went away leave their pixels behind
+
+
+def _hide_stale_tabs(window: QMainWindow, docks: list[QDockWidget]) -> None:
+    """Qt leaves tab bars of former arrangements visible below the new ones; of equal ones the last is in use."""
+    seen: set[frozenset[str]] = set()
+    groups = {
+        frozenset(d.windowTitle() for d in (dock, *window.tabifiedDockWidgets(dock)) if not d.isHidden())
+        for dock in docks
+        if not dock.isHidden() and not dock.isFloating()
+    }
+    for bar in reversed(window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly)):
+        titles = frozenset(bar.tabText(number) for number in range(bar.count()))
+        if titles not in groups or titles in seen:
+            bar.hide()
+        seen.add(titles)
 
 
 def _scrolled(widget: QWidget) -> QScrollArea:
