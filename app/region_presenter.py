@@ -26,6 +26,11 @@ from viewer.region_values import link_scale, region_colors, region_scale
 from viewer.region_view import PointSet, RegionView
 
 POINT_PIXELS, ALL_PIXELS = 6.0, 3.0
+MANY = 150
+"""Regions from which on their boxes are drawn in fine lines."""
+_SHAPES = (
+    "shadows", "boxes", "fine boxes", "links", "centres", "chosen edges", "chosen sides", "models", "probe", "needle",
+)  # fmt: skip
 _IN_FRONT = " in front"
 
 
@@ -86,17 +91,7 @@ class RegionPresenter:
     def _clear(self) -> None:
         self._drawn.clear()
         for viewport in self._viewports():
-            for name in (
-                "shadows",
-                "boxes",
-                "links",
-                "centres",
-                "chosen edges",
-                "chosen sides",
-                "models",
-                "probe",
-                "needle",
-            ):
+            for name in _SHAPES:
                 viewport.set_shapes(f"region {name}", None)
                 viewport.set_shapes(f"region {name}{_IN_FRONT}", None)
             viewport.set_points("region points", None)
@@ -107,8 +102,10 @@ class RegionPresenter:
         if view.boxes is not None:
             shapes = box_lines(regions, region_colors(regions, view, view.boxes, self._state.region_bytes))
             shadows = box_shadows(regions)
-        self._put("shadows", shadows, front=view.through_walls, width=2.8)
-        self._put("boxes", shapes, front=view.through_walls, width=1.6)
+        many = len(regions.graph) > MANY  # then lines are fine, lest they hide each other
+        self._put("shadows", None if many else shadows, front=view.through_walls, width=2.8)
+        self._put("boxes", None if many else shapes, front=view.through_walls, width=1.6)
+        self._put("fine boxes", shapes if many else None, front=view.through_walls, width=1.0)
 
     def _draw_chosen(self, regions: Regions, view: RegionView) -> None:
         chosen = highlighted(regions, view)

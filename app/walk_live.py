@@ -15,13 +15,14 @@ from app.latest_job import LatestJob
 from app.walk_state import WalkState
 from app.walk_task import TracedWalk, WalkRequest
 from bake.region_types import Regions
-from bake.types import Progress
-from bake.walk import Course, Walk, WalkPath, lay_out, simulate
+from bake.types import Float32Array, Progress
+from bake.walk import Course, Variant, Walk, WalkPath, lay_out, simulate
 from bake.walk.path_file import read_path
+from viewer.walk_curves import largest_steps
 
 PURPOSE = "walk"
 
-_Made = tuple[WalkPath, Walk, Course]
+_Made = tuple[WalkPath, Walk, Course, dict[Variant, Float32Array]]
 
 
 class WalkLive(QObject):
@@ -108,14 +109,15 @@ class WalkLive(QObject):
             laid = course if fits and course is not None else None
             laid = laid or lay_out(regions, path, speed=options.speed, frame_rate=options.frame_rate)
             self._laid_out = (regions, laid)
-            return path, simulate(regions, path, options, truth=truth, course=laid), laid
+            made = simulate(regions, path, options, truth=truth, course=laid)
+            return path, made, laid, {variant: largest_steps(made, variant) for variant in made.ao}
 
         return walk
 
     def _on_made(self, made: _Made) -> None:
-        path, walk, course = made
+        path, walk, course, steps = made
         if self._state.path is path:
-            self._state.set_walk(walk, course)
+            self._state.set_walk(walk, course, steps)
 
     def _on_traced(self, job: object, value: object) -> None:
         if not isinstance(job, TaskJob) or self._asked is None or job.id != self._asked[0]:

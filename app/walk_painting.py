@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +13,15 @@ from PyQt6.QtGui import QColor, QPainter, QPalette, QPen, QPolygonF
 from app.walk_state import WalkView
 from bake.types import Float32Array, Float64Array
 from bake.walk import STEP_BOUND, Pop, Variant, Walk
-from viewer.walk_curves import COLORS, Curve, ao_curve, ao_range, largest_steps, step_curve
+from viewer.walk_curves import COLORS, Curve, ao_curve, ao_range, step_curve
 from viewer.walk_rows import facing
 
 LEFT, RIGHT, TOP, BOTTOM, _GAP = 44, 10, 14, 20, 6
 _STEPS_SHARE = 0.36
 _STEPS_FROM = 130  # pixels of height below which there is no room for the steps
 _LEAST_STEP, _LARGEST_STEP = 1e-5, 1.0
+_MOST_POPS = 400
+"""Pops marked at most, those of most codes."""
 _ORDER = (
     Variant.TRUTH, Variant.RAW, Variant.REGULARISED, Variant.BLENDED, Variant.SPATIAL, Variant.SPATIAL_BLENDED,
 )  # fmt: skip
@@ -69,11 +71,12 @@ class WalkPainter:
 
     Args:
         walk: What is painted.
+        steps: What `largest_steps` gives of each variant.
     """
 
-    def __init__(self, walk: Walk) -> None:
-        self._walk = walk
-        self._steps: dict[Variant, Float32Array] = {}
+    def __init__(self, walk: Walk, steps: Mapping[Variant, Float32Array]) -> None:
+        self._walk, self._steps = walk, steps
+        self._range: tuple[tuple[frozenset[Variant], int], tuple[float, float]] | None = None
 
     def paint(
         self, painter: QPainter, layout: PlotLayout, view: WalkView, pops: Sequence[Pop], palette: QPalette
@@ -83,7 +86,10 @@ class WalkPainter:
         for plot in (upper, lower):
             painter.fillRect(plot, palette.color(QPalette.ColorRole.Base))
         self._paint_regions(painter, layout, palette)
-        low, high = ao_range(walk, view.variants, view.normal)
+        wanted = (view.variants, view.normal)
+        if self._range is None or self._range[0] != wanted:
+            self._range = (wanted, ao_range(walk, *wanted))
+        low, high = self._range[1]
         shown = [variant for variant in _ORDER if variant in view.variants and variant in walk.ao]
         painter.save()
         painter.setClipRect(upper)
@@ -122,8 +128,6 @@ class WalkPainter:
         for variant in shown:
             if variant is Variant.TRUTH:
                 continue  # what it steps by is mostly the noise of its rays
-            if variant not in self._steps:
-                self._steps[variant] = largest_steps(self._walk, variant)
             curve = step_curve(self._walk, self._steps[variant], layout.begin, layout.end, int(plot.width()))
             _paint_curve(painter, curve, _pen(variant, palette), layout, plot, _log_share)
         painter.restore()
@@ -180,12 +184,12 @@ def _paint_frame(
 def _paint_pops(painter: QPainter, layout: PlotLayout, pops: Sequence[Pop]) -> None:
     """A triangle above the curves for each pop, in its variant's colour, larger where it jumps more."""
     painter.setPen(Qt.PenStyle.NoPen)
-    for pop in reversed(pops):
-        if layout.begin <= pop.time <= layout.end:
-            x, size = layout.x(pop.time), 3.0 + 0.5 * min(math.log2(max(pop.codes, 1.0)), 5.0)
-            top = TOP - 1 - 1.8 * size
-            painter.setBrush(QColor(*COLORS[pop.variant]))
-            painter.drawPolygon(QPolygonF([QPointF(x, TOP - 1), QPointF(x - size, top), QPointF(x + size, top)]))
+    in_view = [pop for pop in pops if layout.begin <= pop.time <= layout.end]
+    for pop in reversed(in_view[:_MOST_POPS]):
+        x, size = layout.x(pop.time), 3.0 + 0.5 * min(math.log2(max(pop.codes, 1.0)), 5.0)
+        top = TOP - 1 - 1.8 * size
+        painter.setBrush(QColor(*COLORS[pop.variant]))
+        painter.drawPolygon(QPolygonF([QPointF(x, TOP - 1), QPointF(x - size, top), QPointF(x + size, top)]))
 
 
 def _paint_times(painter: QPainter, layout: PlotLayout, palette: QPalette) -> None:

@@ -184,7 +184,7 @@ class WalkPlot(QWidget):
 
     def _on_walk(self) -> None:
         walk = self._state.walk
-        self._painter = None if walk is None else WalkPainter(walk)
+        self._painter = None if walk is None else WalkPainter(walk, self._state.steps)
         if walk is None or max(float(walk.time[-1]), 1e-3) != self._length:
             self.show_all()
         self._forget()

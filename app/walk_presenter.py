@@ -12,6 +12,9 @@ from app.viewport import Shapes, Viewport
 from app.walk_state import Follow, WalkState
 from bake.types import Float64Array
 from bake.walk import Variant
+from viewer.colormaps import GREY
+from viewer.fields import Scale, distance_label
+from viewer.walk_curves import TITLES
 from viewer.walk_figure import figure, heading_at
 from viewer.walk_light import light_at, lit
 from viewer.walk_marks import lit_figure, path_line, picked_marks, pop_marks, pop_scale
@@ -61,8 +64,23 @@ class WalkPresenter:
             viewport.set_shapes("walk pops", pops, lit=True)
             viewport.set_shapes("walk points", points, lit=True)
             viewport.set_scale("walk pops", pop_scale() if pops is not None else None)
+            viewport.set_scale("walk figure", self._figure_scale())
         self._forget_camera()
         self._draw_figure()
+
+    def _figure_scale(self) -> Scale | None:
+        """What lights the figure; its distance need not be that of the surface."""
+        walk, result = self._state.walk, self._state.regions.document.result
+        if walk is None or result is None or not self._state.view.marks:
+            return None
+        distance = result.settings.column_distances[walk.options.column]
+        return Scale("AO of the figure", GREY, note=f"at {distance_label(distance)}, {TITLES[self._lit].lower()}")
+
+    @property
+    def _lit(self) -> Variant:
+        """The variant that lights the figure: the truth only where it was traced."""
+        walk, lit = self._state.walk, self._state.view.lit
+        return lit if walk is not None and lit in walk.ao else Variant.BLENDED
 
     def close(self) -> None:
         """Stops following."""
@@ -82,7 +100,7 @@ class WalkPresenter:
         walk, course, regions = state.walk, state.course, state.regions.regions
         if walk is None or course is None or regions is None:
             return None
-        variant = state.view.lit if state.view.lit in walk.ao else Variant.BLENDED
+        variant = self._lit
         light = light_at(regions, course, state.frame, variant, walk.options, state.truth)
         place = walk.position[state.frame]
         positions, normals = self._figure.placed(place, self._heading(), np.eye(3)[state.regions.document.up_axis])

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+from collections.abc import Mapping
 
 import numpy as np
 
 from app.events import Event
 from app.region_state import RegionState
 from app.walk_task import TracedWalk
-from bake.types import BoolArray, Float64Array
+from bake.types import BoolArray, Float32Array, Float64Array
 from bake.walk import CHOSEN, Course, PathTruth, Pop, Variant, Walk, WalkOptions, WalkPath, path_through
 
 
@@ -54,6 +55,7 @@ class WalkState:
         truth: What was traced along the path.
         options: How it is walked.
         course, walk: What came of it; None while there is nothing.
+        steps: How far AO steps to each frame, by variant, the largest over all normals, shape (n,).
         view: What of it is shown.
         frame: The frame that is shown.
         is_playing: Whether it goes on by itself.
@@ -69,6 +71,7 @@ class WalkState:
         self.options = WalkOptions()
         self.course: Course | None = None
         self.walk: Walk | None = None
+        self.steps: Mapping[Variant, Float32Array] = {}
         self.view = WalkView()
         self.frame = 0
         self.is_playing = False
@@ -131,10 +134,10 @@ class WalkState:
             self.options = options
             self.options_changed.emit()
 
-    def set_walk(self, walk: Walk, course: Course) -> None:
+    def set_walk(self, walk: Walk, course: Course, steps: Mapping[Variant, Float32Array]) -> None:
         """Shows what came of the path; the moment in view stays."""
         moment = self.time
-        self.walk, self.course = walk, course
+        self.walk, self.course, self.steps = walk, course, steps
         self.frame = int(np.clip(np.searchsorted(walk.time, moment + 1e-9, side="right") - 1, 0, len(walk) - 1))
         self.walk_changed.emit()
 

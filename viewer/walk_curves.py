@@ -58,12 +58,13 @@ def step_curve(walk: Walk, values: Float32Array, begin: float, end: float, pixel
 
 def ao_range(walk: Walk, variants: frozenset[Variant], normal: int) -> tuple[float, float]:
     """Lowest and highest AO of some variants about a normal, with some room; at least a tenth apart, within [0, 1]."""
-    known = [walk.ao[variant][:, normal] for variant in variants if variant in walk.ao]
-    values = np.concatenate(known) if known else np.zeros(0)
-    values = values[np.isfinite(values)]
-    if not len(values):
+    low, high = np.inf, -np.inf
+    for variant in variants & walk.ao.keys():
+        values = walk.ao[variant][:, normal]
+        low = min(low, float(np.fmin.reduce(values)))
+        high = max(high, float(np.fmax.reduce(values)))
+    if not low <= high:
         return 0.0, 1.0
-    low, high = float(values.min()), float(values.max())
     room = max(0.05 * (high - low), (0.1 - (high - low)) / 2.0, 0.0)
     return max(low - room, 0.0), min(high + room, 1.0)
 
@@ -77,27 +78,33 @@ def _curve(walk: Walk, values: np.ndarray, begin: float, end: float, pixels: int
     first = max(int(np.searchsorted(walk.time, begin, side="left")) - 1, 0)
     last = min(int(np.searchsorted(walk.time, end, side="right")) + 1, len(walk))
     part = slice(first, last)
-    time, value = walk.time[part], values[part].astype(np.float64)
+    time, value = walk.time[part], values[part]
     known = np.isfinite(value)
     starts = np.flatnonzero(known & (broken[part] | ~np.concatenate([[False], known[:-1]])))
     stops = np.append(starts[1:], len(value))
+    edges = np.searchsorted(time, begin + (end - begin) / max(pixels, 1) * np.arange(pixels + 1))
     pieces: list[Float64Array] = []
-    width = (end - begin) / max(pixels, 1)
     for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
-        run = np.flatnonzero(known[start:stop])
-        own = slice(start, start + int(run[-1]) + 1)
-        pieces.append(_thinned(time[own], value[own], begin, width))
+        unknown = np.flatnonzero(~known[start:stop])
+        own = slice(start, start + int(unknown[0]) if len(unknown) else stop)
+        pieces.append(_thinned(time[own], value[own], edges - start))
     return Curve(tuple(pieces))
 
 
-def _thinned(time: Float64Array, value: Float64Array, begin: float, width: float) -> Float64Array:
-    """The lowest and the highest value in each pixel, in their order; everything where frames are wider than pixels."""
-    column = np.floor((time - begin) / max(width, 1e-12)).astype(np.int64)
-    first = np.flatnonzero(np.diff(column, prepend=column[:1] - 1))
-    if len(first) * 2 >= len(time):
-        return np.stack([time, value], axis=1)
-    group = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(time))))
-    by_value = np.lexsort((value, group))
-    lowest, highest = by_value[first], by_value[np.append(first[1:], len(time)) - 1]
-    chosen = np.unique(np.concatenate([lowest, highest, [0, len(time) - 1]]))
-    return np.stack([time[chosen], value[chosen]], axis=1)
+def _thinned(time: Float64Array, value: np.ndarray, edges: np.ndarray) -> Float64Array:
+    """The lowest and the highest value in each pixel; everything where frames are wider than pixels.
+
+    Args:
+        time, value: Shape (n,).
+        edges: Indices at which pixels begin, ascending; those outside do not count.
+    """
+    count = len(time)
+    first = np.unique(np.concatenate([[0], edges[(edges > 0) & (edges < count)]]))
+    if len(first) * 2 >= count:
+        return np.stack([time, value.astype(np.float64)], axis=1)
+    low, high = np.minimum.reduceat(value, first), np.maximum.reduceat(value, first)
+    rising = value[first] <= value[np.append(first[1:], count) - 1]
+    pairs = np.where(rising[:, None], np.stack([low, high], axis=1), np.stack([high, low], axis=1))
+    points = np.stack([np.repeat(time[first], 2), pairs.ravel().astype(np.float64)], axis=1)
+    ends = np.array([[time[0], value[0]]]), np.array([[time[-1], value[-1]]])
+    return np.concatenate([ends[0], points, ends[1]])
