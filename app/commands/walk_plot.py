@@ -108,8 +108,9 @@ def _draw_steps(axes: Any, walk: Walk) -> None:
                 walk.time, largest, color=colour, linewidth=0.8, alpha=0.3 if real else 0.8, zorder=1 + (not real)
             )
     axes.axhline(STEP_BOUND, color="#202020", linewidth=0.9, linestyle="--")
-    axes.annotate("one 8-bit code at white", (walk.time[-1], STEP_BOUND), (-4, 3), "data", "offset points",
-                  ha="right", fontsize=8)  # fmt: skip
+    axes.annotate("one 8-bit code at white", (1.0, STEP_BOUND), (-4, 3), axes.get_yaxis_transform(), "offset points",
+                  ha="right", fontsize=8, bbox={"fc": "white", "ec": "none", "alpha": 0.8, "pad": 1.0})  # fmt: skip
+    axes.margins(x=0.0)
     axes.set_yscale("log")
     axes.set_ylim(1e-5, 1.0)
     axes.set_ylabel("AO step a frame\n(largest of 7 normals)")
@@ -127,6 +128,7 @@ def _draw_close_up(axes: Any, walk: Walk, frame: int, names: Sequence[str]) -> N
     changes = np.flatnonzero(np.diff(walk.region[part])) + part.start + 1
     for change in changes:
         axes.axvline(walk.time[change], color="#808080", linewidth=0.7, linestyle=":")
+    axes.locator_params(axis="x", nbins=6)
     axes.set_title(f"{names[pop.before]} → {names[pop.after]}, normal {normal_name(pop.normal)}", fontsize=9)
     axes.set_xlabel("time, s")
     axes.set_ylabel("AO")
