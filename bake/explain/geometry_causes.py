@@ -23,6 +23,8 @@ def against_face(suspect: Suspect) -> Cause | None:
     """The faces show to the inside: rays leave on the wrong side."""
     evidence, number = suspect.evidence, suspect.object
     lighter = evidence.seen_behind - evidence.seen
+    if lighter < 0.05:
+        return None
     turned = turned_share(suspect.explainer.result, number)
     patch = wound_against_neighbours(suspect.world, number, suspect.explanation.spot.face)
     sign = max(certainty(turned, 0.02, 0.2), 0.7 if patch else 0.0)
@@ -179,8 +181,11 @@ def _offset(suspect: Suspect) -> Cause | None:
 
 
 def _unit(suspect: Suspect) -> Cause | None:
+    dark = certainty(suspect.evidence.value, 0.8, 0.5)
+    if dark <= 0.0:
+        return None
     longest, shortest = suspect.longest_side(), min(suspect.explanation.distances)
-    strength = 0.95 * certainty(longest / shortest, 1.5, 0.75) * certainty(suspect.evidence.value, 0.8, 0.5)
+    strength = 0.95 * certainty(longest / shortest, 1.5, 0.75) * dark
     if strength <= 0.0:
         return None
     text = (

@@ -54,19 +54,20 @@ def _same_faces(world: World, one: int, other: int) -> bool:
 
 
 def wound_against_neighbours(world: World, number: int, face: int) -> bool:
-    """Whether a face runs along most of its edges in the direction in which its neighbours run."""
+    """Whether a face runs along more of its edges in the direction in which its neighbours run than against it."""
+    first, last = int(world.first_vertex[number]), int(world.first_vertex[number + 1])
     begin, end = int(world.first_face[number]), int(world.first_face[number + 1])
-    faces = weld_positions(world.positions[world.first_vertex[number] : world.first_vertex[number + 1]])[
-        world.faces[begin:end] - world.first_vertex[number]
-    ]
-    own = faces[face - begin]
-    start, stop = faces.ravel(), faces[:, [1, 2, 0]].ravel()
-    same, against = 0, 0
-    for corner in range(3):
-        a, b = own[corner], own[(corner + 1) % 3]
-        same += int(((start == a) & (stop == b)).sum()) - 1
-        against += int(((start == b) & (stop == a)).sum())
-    return same > against
+    positions = world.positions[first:last]
+    # the object's vertices at the places of the face's corners, numbered by corner
+    corner = np.full(last - first, -1, np.int64)
+    for place in range(3):
+        corner[np.all(positions == world.positions[world.faces[face, place]], axis=1)] = place
+    faces = corner[world.faces[begin:end] - first]
+    near = faces[(faces >= 0).sum(axis=1) == 2]
+    start, stop = near.ravel(), near[:, [1, 2, 0]].ravel()
+    whole = (start >= 0) & (stop >= 0) & (start != stop)
+    alike = (stop[whole] - start[whole]) % 3 == 1  # as the face itself runs
+    return int(alike.sum()) > int((~alike).sum())
 
 
 def shell_around(world: World, number: int, point: Float64Array) -> Shell:
@@ -116,8 +117,8 @@ def winding_number(corners: Float64Array) -> float:
 
 
 def _crossing(world: World, number: int, low: Float64Array, high: Float64Array) -> int:
-    """Casting objects that have faces well inside a box and vertices well outside of it."""
-    inner = 0.1 * (high - low)
+    """Casting objects that have faces inside a box and vertices outside of it."""
+    inner = 0.02 * (high - low)
     owner = np.repeat(np.arange(world.object_count), np.diff(world.first_vertex))
     outside = np.any((world.positions < low - inner) | (world.positions > high + inner), axis=1)
     has_outside = np.bincount(owner, outside, world.object_count) > 0

@@ -61,5 +61,7 @@ class Suspect:
 
     def longest_side(self) -> float:
         """Of the box around all that casts or receives, metres."""
-        used = self.world.positions[np.unique(self.world.faces[self.world.face_casts | self.world.face_samples])]
-        return float(np.ptp(used, axis=0).max(initial=0.0))
+        world = self.world
+        used = np.zeros(world.vertex_count, np.bool_)
+        used[world.faces[world.face_casts | world.face_samples].ravel()] = True
+        return float(np.ptp(world.positions[used], axis=0).max(initial=0.0)) if used.any() else 0.0
