@@ -119,7 +119,6 @@ class ComparePanel(QWidget):
         self.end.setToolTip("Show this result alone again")
         self.end.clicked.connect(self.end_requested)
         top.addWidget(self.end)
-        self.name = ElidedLabel()
         self.summary = ElidedLabel()
         self.table = ColumnTable()
         self.table.setToolTip("Click a row to select the object and fly to its largest change; click a heading to sort")
@@ -129,7 +128,6 @@ class ComparePanel(QWidget):
         column.setContentsMargins(4, 4, 4, 4)
         column.setSpacing(3)
         column.addLayout(top)
-        column.addWidget(self.name)
         column.addWidget(self.summary)
         column.addWidget(self.table, 1)
         return page
@@ -163,7 +161,7 @@ class ComparePanel(QWidget):
         columns = change_columns(world, match, compared.changes)
         first = not self.table.columns.columns
         self.table.set_columns(columns, sorted_by=SORTED_BY if first else None, descending=True)
-        self.name.setText(f"{this}  −  {other}:  {match.summary}")
-        self.name.setToolTip(str(compared.other.path))
-        self.summary.setText(overall(compared.changes))
+        text = f"{this}  −  {other}:  {overall(compared.changes)}  ·  {match.summary}"
+        self.summary.setText(text)
+        self.summary.setToolTip(f"{text}\n{compared.other.path}")
         self._stack.setCurrentIndex(1)

@@ -19,6 +19,7 @@ from app.parts.layouts import LayoutsPart
 from app.parts.panels import PanelsPart
 from app.parts.results_history import ResultsHistoryPart
 from app.parts.review import ReviewPart
+from app.parts.runtime import RuntimePart
 from app.parts.scene_edits import SceneEditsPart
 from app.parts.scene_watch import SceneWatchPart
 from app.parts.selections import SelectionsPart
@@ -42,6 +43,7 @@ PARTS: tuple[type[Part], ...] = (
     ResultsHistoryPart,
     ViewsPart,
     InspectionsPart,
+    RuntimePart,
     SpotsPart,
     ComparisonPart,
     ExplainPart,

@@ -54,7 +54,7 @@ class ComparisonPart(Part):
 
     def docks(self) -> Sequence[DockSpec]:
         """The table, below."""
-        return [DockSpec(PANEL, self.panel, Side.BOTTOM)]
+        return [DockSpec(PANEL, self.panel, Side.BOTTOM, shown=False)]
 
     def actions(self) -> Sequence[Action]:
         """Beginning, showing and ending a comparison."""
