@@ -142,7 +142,7 @@ class SceneEditsPart(Part):
 
         def write(edit: SideFileEdit) -> None:
             apply_edit(edit)
-            self.bench.part(SceneWatchPart).look(ours=True)
+            self.bench.part(SceneWatchPart).note_own(edit)
 
         if edit.before == edit.after:
             return
@@ -156,7 +156,7 @@ class SceneEditsPart(Part):
             )
         )
         if done:
-            self.bench.part(SceneWatchPart).look(ours=True)
+            self.bench.part(SceneWatchPart).note_own(edit)
 
     def _queue(self, plan: Callable[[], SideFileEdit], text: str) -> None:
         self._waiting.append((plan, text))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import logging
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PyQt6.QtCore import QFileSystemWatcher, QTimer
 
@@ -11,6 +13,9 @@ from app.scene_state import SceneState, read_scene_state
 from app.window_parts import Part, Workbench
 from bake.errors import ObscuraError
 from bake.types import BakeResult
+
+if TYPE_CHECKING:
+    from bake.scene.side_file_writer import SideFileEdit
 
 SETTLE_MS = 400
 """Programs write a file in several goes: it is read when it has rested so long."""
@@ -28,6 +33,7 @@ class SceneWatchPart(Part):
         self._settle.setSingleShot(True)
         self._settle.setInterval(SETTLE_MS)
         self._foreign = False
+        self._own: dict[str, str] = {}
 
     def connect(self) -> None:
         """Follows document and files."""
@@ -44,13 +50,13 @@ class SceneWatchPart(Part):
         if watched:
             self._watcher.removePaths(watched)
 
-    def look(self, *, ours: bool = False) -> None:
-        """Reads the scene's files again.
+    def look(self) -> None:
+        """Reads the scene's files again."""
+        self._read()
 
-        Args:
-            ours: Whether the window itself has changed them, so that nobody needs to be told.
-        """
-        self._foreign = self._foreign and not ours
+    def note_own(self, edit: SideFileEdit) -> None:
+        """Remembers what the window itself has written, so that nobody needs to be told, and looks at it."""
+        self._own[edit.path.name] = "" if edit.after is None else hashlib.sha256(edit.after).hexdigest()
         self._read()
 
     def _watch(self) -> None:
@@ -63,7 +69,9 @@ class SceneWatchPart(Part):
 
             names = {scene.name, *side_file_names(scene), *self.bench.document.files}
             paths = [scene.parent / name for name in sorted(names)]
-            self._watcher.addPaths([str(path) for path in (scene.parent, *paths) if path.exists()])
+            there = [str(path) for path in (scene.parent, *paths) if path.exists()]
+            if there:
+                self._watcher.addPaths(there)
 
     def _on_file(self, _path: str) -> None:
         self._foreign = True
@@ -89,6 +97,9 @@ class SceneWatchPart(Part):
         if document.scene_path != scene or document.result is not result:
             return
         known, foreign = document.current, self._foreign
+        before = document.files if known is None else known.files
+        changed = {name for name, digest in state.files.items() if before.get(name, "") != digest}
+        theirs = any(self._own.get(name) != state.files[name] for name in changed)
         self._foreign = False
         if not state.complaint:
             document.side_file_settings = state.settings
@@ -97,11 +108,19 @@ class SceneWatchPart(Part):
             return
         document.set_current(state)
         self.bench.panels.bake.refresh()
-        if foreign and state.complaint:
-            self.bench.banner.show_message(logging.WARNING, state.complaint)
-        elif foreign and not state.is_fresh:
-            text = f"{scene.name} has changed on disk: {state.summary()}. Bake again to see it."
-            self.bench.banner.show_message(logging.WARNING, text)
+        if foreign and (theirs or state.complaint):
+            self._tell(state, scene)
+
+    def _tell(self, state: SceneState, scene: Path) -> None:
+        bench = self.bench
+        if state.complaint:
+            bench.banner.show_message(logging.WARNING, state.complaint)
+        elif bench.document.result is None:
+            text = f"{scene.name} has changed on disk."
+            bench.banner.show_message(logging.WARNING, text, {"Load again": lambda: bench.controller.open_scene(scene)})
+        elif not state.is_fresh:
+            text = f"{scene.name} has changed on disk: {state.summary()}."
+            bench.banner.show_message(logging.WARNING, text, {"Bake again": bench.panels.bake.request_bake})
 
 
 def _state_of(scene: Path, result: BakeResult | None) -> SceneState:
