@@ -83,7 +83,7 @@ class WalkList(QWidget):
             button.setEnabled(state.walk is None or variant in state.walk.ao)
         self._filling = False
         pops, walk = state.pops, state.walk
-        if (walk, state.view.variants) == self._listed:
+        if walk is self._listed[0] and state.view.variants == self._listed[1]:
             return
         by_codes = self._listed[0] is None
         self._listed = (walk, state.view.variants)
