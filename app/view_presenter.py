@@ -40,7 +40,7 @@ class ViewPresenter:
         self._viewports = list(viewports)
         self._overlays = Overlays()
         self.decorators = DecoratorPresenter(document, self._viewports)
-        self._coloring = (document.decorators.trees, document.decorators.scalars)
+        self._coloring = (document.decorators.trees, document.tree_shading, document.decorators.scalars)
         self.caption_of: Callable[[int], str] | None = None
         """Says what each viewport shows, for those who compare other things than mappings."""
         self.drawn_note = ""
@@ -102,7 +102,8 @@ class ViewPresenter:
             self._draw_overlays()
 
     def _on_decorators(self) -> None:
-        coloring = (self._document.decorators.trees, self._document.decorators.scalars)
+        view = self._document.decorators
+        coloring = (view.trees, self._document.tree_shading, view.scalars)
         if coloring != self._coloring:
             self._coloring = coloring
             self._draw()
@@ -143,9 +144,10 @@ class ViewPresenter:
             return f"threshold {document.threshold:.1%}, not stored" if document.is_preview else ""
         trees = document.decorators.trees
         if document.values is not None and document.values.has(TreeShading.PRODUCT) and trees is not TreeShading.NONE:
-            parts.append(f"trees: {TREE_WORDS[trees]}")
+            busy = "" if document.tree_shading is trees else " (being made …)"
+            parts.append(f"trees: {TREE_WORDS[trees]}{busy}")
         if quantity is Quantity.DIFFERENCE and document.other_name:
-            parts.append(f"this − {document.other_name}")
+            parts.insert(0, f"this − {document.other_name}")
         elif quantity is Quantity.DIFFERENCE and document.result is not None:
             names = (document.result.settings.mapping, document.other_mapping())
             parts.append(" − ".join(kind.value.replace("-", " ") for kind in names))
