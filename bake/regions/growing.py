@@ -32,13 +32,15 @@ class Window:
         column = np.arange(self.i, end_i)[:, None] * plan.shape[1] + np.arange(self.j, end_j)
         height = floors.floor[start]
         self._cell = np.full(column.shape, -1, np.int64)
-        closest = np.full(column.shape, rectangles.rise)
-        candidate, end = floors.first[column], floors.first[column + 1]
-        for k in range(int((end - candidate).max())):
-            here = np.where(candidate + k < end, candidate + k, start)
-            away = np.abs(floors.floor[here] - height)
-            nearer = (candidate + k < end) & (away < closest) & space.air[here]
-            self._cell[nearer], closest[nearer] = here[nearer], away[nearer]
+        cell, closest = self._cell.ravel(), np.full(column.size, rectangles.rise)
+        candidate, end = floors.first[column].ravel(), floors.first[column + 1].ravel()
+        place = np.arange(column.size)
+        while len(place := place[more := candidate < end]):
+            candidate, end = candidate[more], end[more]
+            away = np.abs(floors.floor[candidate] - height)
+            nearer = (away < closest[place]) & space.air[candidate]
+            cell[place[nearer]], closest[place[nearer]] = candidate[nearer], away[nearer]
+            candidate = candidate + 1
         self._start = (at[0] - self.i, at[1] - self.j)
         self._floor = np.where(self._cell >= 0, floors.floor[np.maximum(self._cell, 0)], height)
         free = _joined(self._cell >= 0, self._floor, self._start)

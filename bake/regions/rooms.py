@@ -96,12 +96,12 @@ def _fill(space: Walkable, order: Int64Array, rectangles: Rectangles, smallest: 
 def _grow(space: Walkable, start: int, rectangles: Rectangles) -> tuple[Int64Array, Int64Array]:
     """Grows a rectangle around a cell: its corners (i, j, i, j), and the cells that can be reached in it."""
     collar = max(1, round(_COLLAR / space.floors.plan.cell))
-    window = Window(space, start, 1, rectangles)
-    for reach in (rectangles.most // 4, rectangles.most):  # most are small: the large raster is seldom needed
-        window = Window(space, start, reach + collar, rectangles)
+    reach = rectangles.most // 4  # most are small: the large raster is seldom needed
+    window = Window(space, start, reach + collar, rectangles)
+    window.grow(rectangles.most)
+    if max(window.last[axis] - window.first[axis] for axis in (0, 1)) >= reach:
+        window = Window(space, start, rectangles.most + collar, rectangles)
         window.grow(rectangles.most)
-        if max(window.last[axis] - window.first[axis] for axis in (0, 1)) < reach:
-            break
     window.reach_out(collar)
     corners = np.array([*window.first, *window.last]) + np.array([window.i, window.j] * 2)
     return corners, window.joined()
