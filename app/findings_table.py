@@ -21,6 +21,8 @@ class FindingsTable(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self._row_of: dict[str, int] = {}
+        self._following = False
         self._count = QLabel()
         self._filter = QLineEdit()
         self._filter.setPlaceholderText("Filter by object or finding")
@@ -48,15 +50,24 @@ class FindingsTable(QWidget):
     def set_findings(self, findings: Sequence[Finding]) -> None:
         """Replaces the rows."""
         self.view.set_rows([_row(finding) for finding in findings])
+        self._row_of = {finding.object: row for row, finding in reversed(list(enumerate(findings)))}
         objects = len({finding.object for finding in findings})
         self._count.setText(f"{len(findings):,} findings on {objects:,} objects" if findings else "No findings.")
+
+    def show_object(self, path: str) -> None:
+        """Selects the first row of an object, without telling; a row of it that is selected stays."""
+        row = self.view.chosen()
+        if row is None or row[1].text != path:
+            self._following = True
+            self.view.show_row(self._row_of.get(path, -1))
+            self._following = False
 
     def _on_filter(self, text: str) -> None:
         self.view.proxy.setFilterFixedString(text)
 
     def _on_selection(self) -> None:
         row = self.view.chosen()
-        if row is not None:
+        if row is not None and not self._following:
             self.object_chosen.emit(row[1].text)
 
     def _on_double_click(self) -> None:

@@ -19,6 +19,8 @@ class InstanceTable(QWidget):
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._document = document
+        self._row_of: dict[str, int] = {}
+        self._following = False
         self._kind = QComboBox()
         self._kind.setToolTip("What the table lists")
         self._kind.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
@@ -47,6 +49,7 @@ class InstanceTable(QWidget):
         layout.addLayout(top)
         layout.addWidget(self.view, 1)
         document.result_changed.connect(self._on_result)
+        document.selection_changed.connect(self._follow)
         self._on_result()
 
     def set_kind(self, kind: str) -> None:
@@ -72,6 +75,7 @@ class InstanceTable(QWidget):
         result, kind = self._document.result, self._kind.currentText()
         if result is None or not kind:
             self.view.rows.set_headings(("Object",))
+            self._row_of = {}
             self._count.setText("No instances." if result is None else "This result has no instances.")
             return
         columns = instance_columns(result, kind)
@@ -83,10 +87,22 @@ class InstanceTable(QWidget):
             header.setSectionResizeMode(number, stretch)
         rows = list(zip(*(_cells(column) for column in columns), strict=True))
         self.view.set_rows(rows)
+        self._row_of = {row[0].text: number for number, row in enumerate(rows)}
+        self._follow()
         self._count.setText(f"{len(rows):,} rows")
+
+    def _follow(self) -> None:
+        """Selects the row of the selected object, without telling."""
+        document = self._document
+        path = "" if document.world is None or document.selected < 0 else document.world.object_paths[document.selected]
+        self._following = True
+        self.view.show_row(self._row_of.get(path, -1))
+        self._following = False
 
     def _tell(self, signal: object) -> None:
         row, world = self.view.chosen(), self._document.world
+        if self._following:
+            return
         if row is not None and world is not None and row[0].text in world.object_paths:
             signal.emit(world.object_paths.index(row[0].text))  # type: ignore[attr-defined]
 

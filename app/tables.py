@@ -107,6 +107,14 @@ class RowsView(QTableView):
         self.rows.set_rows(rows)
         self.resizeColumnsToContents()
 
+    def show_row(self, number: int) -> None:
+        """Selects a row, in source order, and scrolls to it; -1, or one that is filtered out, selects none."""
+        index = self.proxy.mapFromSource(self.rows.index(number, 0)) if number >= 0 else QModelIndex()
+        if index.isValid():
+            self.selectRow(index.row())
+        else:
+            self.clearSelection()
+
     def chosen(self) -> tuple[Cell, ...] | None:
         """The selected row."""
         selection = self.selectionModel()

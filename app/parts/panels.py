@@ -49,6 +49,7 @@ class PanelsPart(Part):
         self._log.line.connect(panels.log.add)
         document.opened.connect(lambda: panels.findings.set_findings(document.findings))
         document.result_changed.connect(self._on_result)
+        document.selection_changed.connect(self._on_selection)
         document.threshold_changed.connect(self._show_drawn)
         document.pinned_changed.connect(lambda: panels.probe.set_readout(document.pinned))
 
@@ -59,6 +60,12 @@ class PanelsPart(Part):
     def _show_instances(self, kind: str) -> None:
         self.bench.panels.instances.set_kind(kind)
         self.bench.show_panel("Instances")
+
+    def _on_selection(self) -> None:
+        document = self.bench.document
+        chosen = document.world is not None and document.selected >= 0
+        path = document.world.object_paths[document.selected] if chosen and document.world is not None else ""
+        self.bench.panels.findings.show_object(path)
 
     def _on_overlays(self, overlays: Overlays) -> None:
         self.bench.presenter.set_overlays(overlays)

@@ -157,6 +157,23 @@ def test_click_pins_and_selects_and_the_background_lets_go(shown: Window, qtbot:
     assert document.selected == -1
 
 
+def test_tables_follow_the_selection(shown: Window) -> None:
+    """What is selected in view or list is selected in the findings too, without ending a selection of several."""
+    document, findings = shown.document, shown.panels.findings
+    assert document.world is not None
+    named = [finding.object for finding in document.findings if finding.object in document.world.object_paths]
+    assert named
+    chosen = document.world.object_paths.index(named[0])
+    other = (chosen + 1) % document.world.object_count
+    document.select_all((chosen, other), chosen)
+    row = findings.view.chosen()
+    assert row is not None
+    assert row[1].text == named[0]
+    assert len(document.selection) == 2
+    document.select(-1)
+    assert findings.view.chosen() is None
+
+
 def test_orbit_pan_and_zoom_by_mouse(shown: Window, qtbot: QtBot) -> None:
     """A drag is no click; the wheel zooms at the cursor; keys of a flight are not the window's."""
     view, navigation = shown.area.main.view, shown.area.main.navigation
