@@ -42,6 +42,7 @@ class DecoratorPanel(QWidget):
     """Edits the document's `DecoratorView`, and its visible LODs."""
 
     models_requested = pyqtSignal()
+    lods_requested = pyqtSignal()
     table_requested = pyqtSignal(str)  # kind of an instance table
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
@@ -110,7 +111,11 @@ class DecoratorPanel(QWidget):
         form = group_form(box)
         self.level = choice((), "Level drawn of everything that has LODs; single ones can be ticked in Objects")
         self.level.activated.connect(self._on_level)
-        form.addRow("Show", in_row(self.level, self._table_button("LODs")))
+        compare = QPushButton("Compare levels")
+        compare.setToolTip("The levels of the selected object side by side on one camera, finest first (Shift+M)")
+        compare.clicked.connect(self.lods_requested)
+        form.addRow("Show", self.level)
+        form.addRow(in_row(compare, self._table_button("LODs")))
         return box
 
     def _table_button(self, kind: str) -> QPushButton:

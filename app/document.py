@@ -242,13 +242,19 @@ class Document:
         self.pinned = readout
         self.pinned_changed.emit()
 
+    @property
+    def tree_shading(self) -> TreeShading:
+        """The model that colours the trees now: the one chosen, or the stored one until the values of that are made."""
+        wanted = self.decorators.trees
+        return wanted if self.values is None or self.values.ready(wanted) else TreeShading.PRODUCT
+
     def drawn(self, field: VertexField) -> VertexField:
         """A field of surfaces with the values of decorators as they are shown; kept until something changes."""
         if self.values is None or (self.other_name and field is self.other):
             return field
         if self.display.quantity is Quantity.DIFFERENCE and not self.other_name:
             return field
-        coloring = DecoratorView(trees=self.decorators.trees, scalars=self.decorators.scalars)
+        coloring = DecoratorView(trees=self.tree_shading, scalars=self.decorators.scalars)
         for known, known_coloring, decorated in self._drawn:
             if known is field and known_coloring == coloring:
                 return decorated

@@ -1,4 +1,4 @@
-"""The middle of the window: one viewport, or two side by side on one camera; below them the models of a tree."""
+"""The middle of the window: one viewport, or two side by side on one camera; below them a tree's models or LODs."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ from PyQt6.QtGui import QImage, QPainter
 from PyQt6.QtWidgets import QSplitter, QVBoxLayout, QWidget
 
 from app.document import Document
+from app.jobs import Jobs
 from app.lazy_picker import LazyPicker
+from app.lod_compare import LodCompare
 from app.navigation_styles import NavigationStyle
+from app.side_by_side import SideBySide
 from app.tree_compare import TreeCompare
 from app.viewport import Viewport
 from viewer.camera import Camera
@@ -30,7 +33,7 @@ class ViewArea(QWidget):
         layout.addWidget(self._rows)
         self.main = Viewport(picker)
         self.other: Viewport | None = None
-        self.trees: TreeCompare | None = None
+        self.below: SideBySide | None = None
         self._splitter.addWidget(self.main)
         self.main.camera_changed.connect(self._follow_main)
 
@@ -64,22 +67,39 @@ class ViewArea(QWidget):
             self.other.deleteLater()
             self.other = None
 
-    def compare_trees(self, document: Document) -> TreeCompare:
-        """Opens the comparison of tree models below the viewports; returns it."""
-        if self.trees is None:
-            self.trees = TreeCompare(document, self.main.camera)
-            self._rows.addWidget(self.trees)
-            height = max(self._rows.height(), 2)
-            self._rows.setSizes([height * 55 // 100, height * 45 // 100])
-        return self.trees
+    @property
+    def trees(self) -> TreeCompare | None:
+        """The comparison of tree models; None while it is not open."""
+        return self.below if isinstance(self.below, TreeCompare) else None
 
-    def end_tree_comparison(self) -> None:
-        """Closes the comparison of tree models."""
-        if self.trees is not None:
-            self.trees.close_view()
-            self.trees.setParent(None)
-            self.trees.deleteLater()
-            self.trees = None
+    @property
+    def lods(self) -> LodCompare | None:
+        """The comparison of levels of detail; None while it is not open."""
+        return self.below if isinstance(self.below, LodCompare) else None
+
+    def compare_trees(self, document: Document) -> SideBySide:
+        """Opens the comparison of tree models below the viewports; returns it."""
+        return self._show_below(TreeCompare(document, self.main.camera))
+
+    def compare_lods(self, document: Document, jobs: Jobs) -> SideBySide:
+        """Opens the comparison of levels of detail below the viewports; returns it."""
+        return self._show_below(LodCompare(document, self.main.camera, jobs))
+
+    def _show_below(self, widget: SideBySide) -> SideBySide:
+        self.close_below()
+        self.below = widget
+        self._rows.addWidget(widget)
+        height = max(self._rows.height(), 2)
+        self._rows.setSizes([height * 55 // 100, height * 45 // 100])
+        return widget
+
+    def close_below(self) -> None:
+        """Closes what is open below the viewports."""
+        if self.below is not None:
+            self.below.close_view()
+            self.below.setParent(None)
+            self.below.deleteLater()
+            self.below = None
 
     def picture(self) -> QImage:
         """All viewports as drawn, side by side."""
@@ -103,7 +123,7 @@ class ViewArea(QWidget):
 
     def close_views(self) -> None:
         """Frees VTK's side of all viewports; must precede the end of the window."""
-        self.end_tree_comparison()
+        self.close_below()
         self.unsplit()
         self.main.close_view()
 

@@ -25,6 +25,7 @@ class DecoratedValues:
         fits = self._decorators.fits
         self._row = {} if fits is None else {int(index): row for row, index in enumerate(fits.object)}
         self._kept: dict[tuple[int, TreeShading], Float32Array] = {}
+        self._ready: set[TreeShading] = set()
 
     @property
     def decorators(self) -> Decorators:
@@ -64,6 +65,19 @@ class DecoratedValues:
         if key not in self._kept:
             self._kept[key] = self._tree(row, shading)
         return self._kept[key]
+
+    def ready(self, shading: TreeShading) -> bool:
+        """Whether values of all trees were made, or cost no more than a product."""
+        return shading not in (TreeShading.LINEAR, TreeShading.GOLD) or not self.has(shading) or shading in self._ready
+
+    def compute(self, shading: TreeShading) -> None:
+        """Makes the values of all trees, a second for a thousand of them; any thread may call it. See `set_ready`."""
+        for row in range(len(self._fits().object)):
+            self.tree(row, shading)
+
+    def set_ready(self, shading: TreeShading) -> None:
+        """Says that `compute` is through, for the thread that draws."""
+        self._ready.add(shading)
 
     def _tree(self, row: int, shading: TreeShading) -> Float32Array:
         if shading is TreeShading.LOCAL:

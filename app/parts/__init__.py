@@ -6,6 +6,7 @@ from app.parts.availability import AvailabilityPart
 from app.parts.baking import BakingPart
 from app.parts.command_lines import CommandLinesPart
 from app.parts.comparison import ComparisonPart
+from app.parts.decorators import DecoratorsPart
 from app.parts.edit import EditPart
 from app.parts.explain import ExplainPart
 from app.parts.export import ExportPart
@@ -42,6 +43,7 @@ PARTS: tuple[type[Part], ...] = (
     SceneWatchPart,
     ResultsHistoryPart,
     ViewsPart,
+    DecoratorsPart,
     InspectionsPart,
     RuntimePart,
     SpotsPart,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from app.window_parts import Part
+from bake.types import Role
 from viewer.decorator_view import TreeShading
 
 
@@ -34,7 +35,7 @@ class AvailabilityPart(Part):
                 self.bench.registry.enable(spec.id, not missing, self._conditions()[missing][1] if missing else "")
 
     def _conditions(self) -> dict[str, tuple[Callable[[], bool], str]]:
-        document = self.bench.document
+        bench, document = self.bench, self.bench.document
         return {
             "scene": (lambda: document.world is not None, "open a scene first"),
             "result": (lambda: document.result is not None, "bake first"),
@@ -47,6 +48,13 @@ class AvailabilityPart(Part):
             "scene-file": (
                 lambda: document.world is not None and (document.current is None or not document.current.complaint),
                 "the scene's file is not there",
+            ),
+            "lods": (
+                lambda: (
+                    bench.area.lods is not None
+                    or (document.world is not None and Role.LOD in document.world.object_roles)
+                ),
+                "the scene has no levels of detail",
             ),
             "tree-models": (
                 self._has_trees,

@@ -118,19 +118,6 @@ class ViewsPart(Part):
                 self.compare,
             ),
             (
-                ActionSpec(
-                    "tree-models",
-                    menu,
-                    "Compare tree &models",
-                    "Global only, local × global and gold of the selected tree side by side",
-                    ("M",),
-                    True,
-                    3,
-                    needs=("tree-models",),
-                ),
-                self.compare_tree_models,
-            ),
-            (
                 ActionSpec("up-y", menu, "Up is +&Y", "Orbit about the Y axis", (), True, 4),
                 lambda _on: self._set_up_axis(1),
             ),
@@ -143,7 +130,6 @@ class ViewsPart(Part):
     def connect(self) -> None:
         """Follows the document."""
         bench, document, panels = self.bench, self.bench.document, self.bench.panels
-        panels.decorators.models_requested.connect(lambda: self.compare_tree_models(True))
         panels.probe.fly_requested.connect(lambda: self.commands.fly_to(bench.readouts.pinned))
         document.world_changed.connect(self._on_world)
         self._give_menu(bench.area.main)
@@ -168,15 +154,6 @@ class ViewsPart(Part):
         elif not on and bench.area.other is not None:
             bench.presenter.remove_viewport(bench.area.other)
             bench.area.unsplit()
-
-    def compare_tree_models(self, on: bool) -> None:
-        """Shows the three models of the selected tree side by side, on a camera of their own."""
-        area = self.bench.area
-        self.bench.registry["tree-models"].setChecked(on)
-        if on and area.trees is None:
-            area.compare_trees(self.bench.document).close_requested.connect(lambda: self.compare_tree_models(False))
-        elif not on:
-            area.end_tree_comparison()
 
     def _give_menu(self, viewport: Viewport) -> None:
         """A right click selects what is under it, unless it is selected, and asks what to do with it."""

@@ -45,7 +45,7 @@ def test_nothing_is_offered_without_decorators(shown: Window) -> None:
     assert not shown.panels.instances._kind.isEnabled()
 
 
-def test_trees_are_coloured_by_the_chosen_model(planted: Window) -> None:
+def test_trees_are_coloured_by_the_chosen_model(planted: Window, qtbot: QtBot) -> None:
     """The picture has the model's values at the tree's vertices, and the legend names it."""
     document, surface = planted.document, planted.area.main._surface
     assert surface is not None
@@ -57,6 +57,7 @@ def test_trees_are_coloured_by_the_chosen_model(planted: Window) -> None:
     combo = planted.panels.decorators.trees
     for shading in (TreeShading.PRODUCT, TreeShading.GOLD, TreeShading.LOCAL, TreeShading.LINEAR):
         combo.setCurrentIndex(combo.findData(shading))
+        qtbot.waitUntil(lambda shading=shading: document.tree_shading is shading, timeout=10_000)
         expected = np.floor(np.clip(values.tree(0, shading)[:, 0], 0, 1) * 255 + 0.5).astype(np.uint8)
         np.testing.assert_array_equal(surface.colors[span, 0], expected)
         scale = planted.area.main.legend.scale
@@ -129,14 +130,57 @@ def test_three_models_side_by_side(planted: Window) -> None:
     planted.panels.decorators._models.click()
     trees = planted.area.trees
     assert trees is not None
-    assert len(trees._surfaces) == 3
+    assert len(trees.surfaces) == 3
     assert "0.2000" in trees.captions[0].text()
     assert "0.1000" in trees.captions[1].text()
-    assert "Crate" in trees._title.text()
-    gold = trees._surfaces[2].colors
+    assert "Crate" in trees.title.text()
+    gold = trees.surfaces[2].colors
     assert len(np.unique(gold, axis=0)) == 1
     planted.actions_by_id["tree-models"].trigger()
     assert planted.area.trees is None
+
+
+def test_values_of_many_trees_are_made_off_the_thread(planted: Window, qtbot: QtBot) -> None:
+    """Until gold is made the trees keep their colours and the legend says so; then picture and legend follow."""
+    document, main = planted.document, planted.area.main
+    document.set_display(document.display.replaced(quantity=Quantity.DISTANCE, column=0))
+    assert main._surface is not None
+    before = main._surface.colors.copy()
+    document.set_decorators(document.decorators.replaced(trees=TreeShading.GOLD))
+    assert document.tree_shading is TreeShading.PRODUCT
+    np.testing.assert_array_equal(main._surface.colors, before)
+    assert main.legend.scale is not None
+    assert "being made" in main.legend.scale.note
+    qtbot.waitUntil(lambda: document.tree_shading is TreeShading.GOLD, timeout=10_000)
+    assert (main._surface.colors != before).any()
+    assert main.legend.scale is not None
+    assert "being made" not in main.legend.scale.note
+
+
+def test_levels_side_by_side(planted: Window, qtbot: QtBot) -> None:
+    """The finest level and the lower one are drawn beside each other, with what the lower one is off by."""
+    world, document = planted.document.world, planted.document
+    assert world is not None
+    document.select(world.object_paths.index("Room"))
+    planted.actions_by_id["lod-levels"].trigger()
+    lods = planted.area.lods
+    assert lods is not None
+    assert len(lods.surfaces) == 2
+    room, ground = world.object_paths.index("Room"), world.object_paths.index("Ground")
+    counts = [int(world.first_face[i + 1] - world.first_face[i]) for i in (ground, room)]
+    assert [surface.face_count for surface in lods.surfaces] == counts
+    qtbot.waitUntil(lambda: "off by" in lods.captions[1].text(), timeout=10_000)
+    assert "Finest" in lods.captions[0].text()
+    assert "Ground" in lods.title.text()
+    document.select(-1)
+    assert "Ground" in lods.title.text()
+    planted.panels.decorators.models_requested.emit()
+    assert planted.area.lods is None
+    assert planted.area.trees is not None
+    assert not planted.actions_by_id["lod-levels"].isChecked()
+    planted.panels.decorators.lods_requested.emit()
+    planted.actions_by_id["lod-levels"].trigger()
+    assert planted.area.below is None
 
 
 def test_levels_and_ticks_agree(planted: Window) -> None:

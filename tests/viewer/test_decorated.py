@@ -13,7 +13,16 @@ from viewer.decorated import DecoratedValues
 from viewer.decorator_rows import decorator_line, decorator_rows, state_word, tree_errors
 from viewer.decorator_view import DecoratorView, TreeShading
 from viewer.instance_rows import KINDS, available_kinds, instance_columns
-from viewer.lods import at_level, finest_objects, level_count, lod_levels, shown_level
+from viewer.lods import (
+    at_level,
+    finest_objects,
+    level_count,
+    level_differences,
+    levels_of,
+    lod_levels,
+    shown_level,
+    vertices_of,
+)
 from viewer.picking import Pick
 from viewer.probe import read_out
 
@@ -154,3 +163,19 @@ def test_without_decorators_nothing_is_known(baked: BakeResult) -> None:
     model = dataclasses.replace(broken.decorators.models[0], local_ao=np.ones((3, 2), np.float32))
     broken = dataclasses.replace(broken, decorators=dataclasses.replace(broken.decorators, models=(model,)))
     assert np.isnan(DecoratedValues(broken).tree(0, TreeShading.PRODUCT)).all()
+
+
+def test_levels_know_their_siblings_and_how_far_they_are(decorated: BakeResult) -> None:
+    """Either level names both; a copy of the finest level differs by nothing, a shifted value by the shift."""
+    world = decorated.world
+    ground, room = world.object_paths.index("Ground"), world.object_paths.index("Room")
+    levels = levels_of(world, room)
+    assert levels == levels_of(world, ground)
+    assert levels is not None
+    assert (levels.finest, levels.lower) == ((ground,), (room,))
+    assert levels_of(world, world.object_paths.index("Crate")) is None
+    ao = np.full(decorated.field.ao.shape, 0.5, np.float32)
+    ao[vertices_of(world, (room,))] = 0.7
+    np.testing.assert_allclose(level_differences(world, ao, levels)[0], 0.2, atol=1e-6)
+    ao[vertices_of(world, (ground,))] = np.nan
+    assert np.isnan(level_differences(world, ao, levels)[0]).all()
