@@ -89,5 +89,5 @@ class _Runnable(QRunnable):
             error = ObscuraError(f"defect in {self._name}: {type(caught).__name__}: {caught}", remedy="see the log")
         try:
             self._ended.emit(self._name, self._number, value, error)
-        except RuntimeError:
+        except (RuntimeError, AttributeError):  # Qt's side of the sender is gone
             logger.debug("%s ended after the window was gone", self._name)
