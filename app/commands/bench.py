@@ -1,4 +1,4 @@
-"""`bench accuracy|speed|scenes|lods|trees|fog|regions|causes`: prints the tables that the documentation quotes."""
+"""`bench accuracy|speed|scenes|…`: prints the tables that the documentation quotes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
 USAGE = (
-    "accuracy|speed|scenes|lods|trees|fog|regions|causes [SCENE | FOLDER …] [--scale X] [--scales X,…] "
+    "accuracy|speed|scenes|lods|trees|fog|regions|causes|explain [SCENE | FOLDER …] [--scale X] [--scales X,…] "
     "[--placements N] [--plots FOLDER] [--json] [settings]"
 )
 
@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         "tree's AO against what is traced on it; fog: what shrubs as boxes cost, and how "
                         "close they come to the real foliage; regions: what dynamic regions hold and cost, and what a "
                         "walk through them shows; causes: how often the cause of an injected dark spot is named "
-                        "rightly")  # fmt: skip
+                        "rightly; explain: error and time of explanations and counterfactuals")  # fmt: skip
     parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
     parser.add_argument("--scale", type=float, default=1.0, help="metres in a unit of the scenes (accuracy only)")
     parser.add_argument(
@@ -38,7 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FOLDER",
         help="draw errors, boundaries and walks, or trees, there, as .png (regions and trees only)",
     )
-    parser.add_argument("--scales", metavar="X,…", default="", help="metres in a unit of each scene (causes only)")
+    parser.add_argument(
+        "--scales", metavar="X,…", default="", help="metres in a unit of each scene (causes and explain)"
+    )
     parser.add_argument(
         "--placements", type=int, default=20, metavar="N", help="placements of each cause in each scene (causes only)"
     )
@@ -139,6 +141,20 @@ def _regions(arguments: argparse.Namespace) -> list[Measurements]:
 
 def _causes(arguments: argparse.Namespace) -> Iterable[Measurements]:
     from bake.bench.causes import measure_causes
+
+    scenes, scales = _scaled_scenes(arguments)
+    return measure_causes(scenes, explicit_options(arguments), scales=scales, placements=arguments.placements)
+
+
+def _explain(arguments: argparse.Namespace) -> Iterable[Measurements]:
+    from bake.bench.explain import measure_explanations
+
+    scenes, scales = _scaled_scenes(arguments)
+    return measure_explanations(scenes, explicit_options(arguments), scales=scales)
+
+
+def _scaled_scenes(arguments: argparse.Namespace) -> tuple[list[Path], list[float]]:
+    """The scenes, in the order given or those of a folder, and the scales that go with them."""
     from bake.bench.scenes import find_scenes
 
     try:
@@ -147,8 +163,7 @@ def _causes(arguments: argparse.Namespace) -> Iterable[Measurements]:
         raise InputError(
             f"{arguments.scales!r} is no list of numbers", where="--scales", remedy="write 1,0.05"
         ) from None
-    scenes = find_scenes(_scenes(arguments)) if len(arguments.paths) == 1 else _scenes(arguments)
-    return measure_causes(scenes, explicit_options(arguments), scales=scales, placements=arguments.placements)
+    return (find_scenes(_scenes(arguments)) if len(arguments.paths) == 1 else _scenes(arguments)), scales
 
 
 def _scenes(arguments: argparse.Namespace) -> list[Path]:
@@ -168,4 +183,5 @@ _SUBJECTS: dict[str, Callable[[argparse.Namespace], Iterable[Measurements]]] = {
     "fog": _fog,
     "regions": _regions,
     "causes": _causes,
+    "explain": _explain,
 }
