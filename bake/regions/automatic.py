@@ -27,6 +27,9 @@ MOST_REGIONS = 2000
 LONGEST = 12.0
 """Metres: longest edge of a region in plan, unless the level is so wide that it would need too many."""
 
+STEPS = 7
+"""Steps from the geometry to linked regions, of which five are taken here, the rest in `make_graph`."""
+
 _WANTED = 250  # open floor is cut into about so many regions at least before they become larger
 _OUTLYING = 0.5  # percent of the corners at either end that a far backdrop may have to itself
 _MARGIN = 0.05  # of the rest's extent, kept around it
@@ -81,19 +84,19 @@ def automatic_regions(
         raise no_floor(scene)
     turned_seeds = up.turned(np.array(seeds, np.float64).reshape(-1, 3) - world.origin) if len(seeds) else None
     plan, findings = _plan(corners, settings.region_cell, turned_seeds, where)
-    yield Progress("regions", 0, 4)
+    yield Progress("regions", 0, STEPS)
     solids = make_solids(corners, world.face_two_sided[stops], plan, climb=STEP)
-    yield Progress("regions", 1, 4)
+    yield Progress("regions", 1, STEPS)
     floors, rays = find_floors(solids, plan, up, nearest, world.face_two_sided)
-    yield Progress("regions", 2, 4)
+    yield Progress("regions", 2, STEPS)
     space = choose_walkable(floors, turned_seeds)
     if not space.walked.any():
         raise no_floor(scene)
-    yield Progress("regions", 3, 4)
+    yield Progress("regions", 3, STEPS)
     area = float(space.walked.sum()) * plan.cell**2
     longest = max(LONGEST, math.sqrt(area / _WANTED), 4.0 * plan.cell)
     rooms = merge_cells(space, longest)
-    yield Progress("regions", 4, 4)
+    yield Progress("regions", 4, STEPS)
     chosen = np.argsort(-rooms.fresh, kind="stable")[:MOST_REGIONS]
     chosen = chosen[np.lexsort((rooms.low[chosen, 1], rooms.low[chosen, 0]))]
     findings += _about(rooms, len(chosen), longest, where)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from bake.region_types import GRID, RegionGraph
-from bake.regions.automatic import AutomaticRegions, automatic_regions, no_floor
+from bake.regions.automatic import STEPS, AutomaticRegions, automatic_regions, no_floor
 from bake.regions.boundaries import Openings, measure_openings
 from bake.regions.coverage import coverage
 from bake.regions.floor_below import Floor
@@ -108,7 +108,7 @@ def _automatic(
     seeds = stated.seeds if stated else ()
     made: AutomaticRegions = yield from automatic_regions(scene, world, settings, nearest, seeds)
     reach = reachable(made.minimum, made.maximum, made.seed, free, down=floor.up.down)
-    yield Progress(_STAGE, 0, 2)
+    yield Progress(_STAGE, STEPS - 2, STEPS)
     kept = np.flatnonzero(reach.valid.any(axis=1))
     if len(kept) == 0:
         raise no_floor(scene)
@@ -116,7 +116,7 @@ def _automatic(
     pairs = meeting_pairs(minimum, maximum)
     openings = measure_openings(minimum, maximum, valid, seed, pairs, free)
     openings = _crossed(openings, pairs, minimum, maximum, floor)
-    yield Progress(_STAGE, 1, 2)
+    yield Progress(_STAGE, STEPS - 1, STEPS)
     is_open = openings.area > 0.0
     digits = len(str(len(kept)))
     names = tuple(f"auto {number:0{digits}d}" for number in range(1, len(kept) + 1))
@@ -124,7 +124,7 @@ def _automatic(
         names, minimum, maximum, seed, pairs[is_open], openings.area[is_open], openings.centre[is_open], "automatic"
     )
     share = coverage(minimum, maximum, valid, seed, made.points, free)
-    yield Progress(_STAGE, 2, 2)
+    yield Progress(_STAGE, STEPS, STEPS)
     return RegionSpace(graph, valid.ravel(), made.findings, share, free.rays + made.rays)
 
 
