@@ -44,7 +44,7 @@ class DecoratorsPart(Part):
                     "View",
                     "Compare &LODs",
                     "The levels of detail of the selected object beside its finest one, on one camera",
-                    ("Shift+M",),
+                    ("Alt+M",),
                     True,
                     3,
                     needs=("lods",),
