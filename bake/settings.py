@@ -184,7 +184,7 @@ class BakeSettings:
     )
     ground: Ground | None = setting(None, "Ground plane", "AXIS[:SCALE[:OFFSET]]: a blocker under the scene")
     regions: str = setting(
-        "scene", "Regions", "auto, none, or a JSON file of visibility regions; scene takes those of the side file, if any"
+        "scene", "Regions", "auto, none, or a JSON file of visibility regions; scene takes the side file's, if any"
     )
     region_directions: int = setting(
         1024,

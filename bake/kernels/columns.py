@@ -58,7 +58,7 @@ def spread(
     count: wp.array(dtype=wp.int64),
     packed: wp.array(dtype=wp.uint64),
 ):
-    """One number for each column that a face overlaps: column, lower end, thickness and flags, from high to low bits."""
+    """One number for each column that a face overlaps: column, lower end, thickness, flags, from high to low bits."""
     face = wp.tid()
     a, b, c = corners[face, 0], corners[face, 1], corners[face, 2]
     low = wp.min(a, wp.min(b, c))
