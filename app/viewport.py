@@ -155,15 +155,15 @@ class Viewport(QWidget):
             self._surface.set_visible_faces(visible)
             self.view.update()
 
-    def set_points(self, name: str, points: OverlayPoints | None, size: float = 5.0) -> None:
-        """Draws marks under a name; None removes them."""
+    def set_points(self, name: str, points: OverlayPoints | None, size: float = 5.0, *, in_front: bool = False) -> None:
+        """Draws marks under a name; None removes them. Whether they are before everything is that of the first time."""
         if points is None:
             if name in self._points:
                 self._points[name].actor.VisibilityOff()
                 self.view.update()
             return
         if name not in self._points:
-            self._points[name] = PointsActor()
+            self._points[name] = PointsActor(in_front=in_front)
             self.view.renderer.AddActor(self._points[name].actor)
         self._points[name].set_size(size)
         self._points[name].set_points(points.positions, points.colors)

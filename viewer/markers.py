@@ -11,17 +11,20 @@ from bake.types import Float32Array, Float64Array, UInt8Array
 from viewer.actors import vtk_cells, vtk_points
 
 
-class PointsActor:
-    """Coloured squares of a size in pixels, drawn in front of the surface that they lie on."""
+_NEAREST = -66000.0  # a shift of depth that outdoes every depth there is
 
-    def __init__(self, size: float = 5.0) -> None:
+
+class PointsActor:
+    """Coloured squares of a size in pixels, drawn in front of the surface that they lie on, or of everything."""
+
+    def __init__(self, size: float = 5.0, *, in_front: bool = False) -> None:
         self._data = vtkPolyData()
         mapper = vtkPolyDataMapper()
         mapper.SetInputData(self._data)
         mapper.SetScalarModeToUsePointData()
         mapper.SetColorModeToDirectScalars()
         mapper.SetResolveCoincidentTopologyToPolygonOffset()
-        mapper.SetRelativeCoincidentTopologyPointOffsetParameter(-4.0)
+        mapper.SetRelativeCoincidentTopologyPointOffsetParameter(_NEAREST if in_front else -4.0)
         self.actor = vtkActor()
         self.actor.SetMapper(mapper)
         self.actor.PickableOff()
