@@ -30,6 +30,14 @@ ROLES: dict[str, tuple[str, ...]] = {
     "ignore": ("stklib_oldLantern_a/stklib_oldLantern_glow_*", "normal_arrows", "reverse_arrow", "stklib_bird_*"),
 }
 
+# About what `--fit-fog` finds in the plants' own leaves, in 1/m.
+DENSITIES = {
+    "stklib_cornPlant_*": 0.12,
+    "stklib_redFlowerBush_*": 0.17,
+    "stklib_sagebrush_*": 0.17,
+    "stklib_fern_*": 0.11,
+}
+
 # Two sheets that lie in each other: the level has no levels of detail of its own.
 LODS = {"Plane.148": "Plane.006"}
 
@@ -39,7 +47,8 @@ def side_file_text() -> str:
     lines = ["# Written by assets/black_forest/roles.py.", ""]
     for role, patterns in ROLES.items():
         for pattern in patterns:
-            lines += ["[[object]]", f'match = "{pattern}"', f'role = "{role}"', ""]
+            lines += ["[[object]]", f'match = "{pattern}"', f'role = "{role}"']
+            lines += [f"density = {DENSITIES[pattern]}", ""] if pattern in DENSITIES else [""]
     for match, finest in LODS.items():
         lines += ["[[object]]", f'match = "{match}"', 'role = "lod"', f'of = "{finest}"', ""]
     return "\n".join(lines)
