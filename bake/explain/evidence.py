@@ -99,6 +99,11 @@ class Evidence:
         return self.seen - self.value
 
     @property
+    def unseen(self) -> bool:
+        """Whether the spot itself lies where the back-face rule lets no sample be: inside or under something."""
+        return float(self.front.proof.mean()) > 0.5 and float(self.front.stopped.mean()) > 0.02
+
+    @property
     def distance(self) -> float:
         """The distance looked at, metres."""
         return self.explanation.distances[self.column]

@@ -29,11 +29,13 @@ class Ends:
         distance: Metres; inf where nothing stops the ray.
         face: -1 where nothing does.
         from_behind: The first face met was struck from its back, whether or not it is two-sided.
+        proof: It was, and is one-sided: the ray comes from where nobody should be.
     """
 
     distance: Float32Array
     face: Int32Array
     from_behind: BoolArray
+    proof: BoolArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +46,7 @@ class Looks:
         ao: Shape (p, k), float64.
         stopped: Shape (p,): share of rays that meet anything.
         from_behind: Shape (p,): share of those that strike a face from behind.
+        proof: Shape (p,): share of those that strike a one-sided face from behind.
         on_own: Shape (p,): share of those that end on the point's own object.
         covered: Shape (p,): share of all rays that end on a parallel face within `CLOSE`.
     """
@@ -51,6 +54,7 @@ class Looks:
     ao: Float64Array
     stopped: Float64Array
     from_behind: Float64Array
+    proof: Float64Array
     on_own: Float64Array
     covered: Float64Array
 
@@ -69,7 +73,7 @@ def follow(tracer: Tracer, origins: Float64Array, directions: Float64Array, reac
     start = np.ascontiguousarray(origins, np.float32)
     ways = np.ascontiguousarray(directions, np.float32)
     distance, face = np.full(count, np.inf, np.float32), np.full(count, -1, np.int32)
-    behind = np.zeros(count, np.bool_)
+    behind, proof = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
     gone, through = np.zeros(count), np.ones(count)
     threshold = (0.5 + np.arange(count) * 0.6180339887498949) % 1.0
     active = np.arange(count)
@@ -81,6 +85,7 @@ def follow(tracer: Tracer, origins: Float64Array, directions: Float64Array, reac
         active, found = active[met], hits.face[met]
         if layer == 0:
             behind[active] = hits.cosine[met] > GRAZING_COSINE
+            proof[active] = behind[active] & ~world.face_two_sided[found]
         step = hits.distance[met].astype(np.float64)
         through[active] *= world.face_openness[found]
         ends = (through[active] <= threshold[active]) | (layer == LAYERS - 1)
@@ -91,7 +96,7 @@ def follow(tracer: Tracer, origins: Float64Array, directions: Float64Array, reac
         start[active] += (step[:, None] * ways[active]).astype(np.float32)
     distance[distance > reach] = np.inf
     face[~np.isfinite(distance)] = -1
-    return Ends(distance, face, behind)
+    return Ends(distance, face, behind, proof)
 
 
 def look(
@@ -164,6 +169,7 @@ def _summed(
         ao=rho.reshape(points, -1, rho.shape[1]).mean(axis=1),
         stopped=share(stopped),
         from_behind=share(stopped & ends.from_behind, stopped),
+        proof=share(stopped & ends.proof, stopped),
         on_own=share(stopped & (world.face_object[hit] == owner), stopped),
         covered=share(close),
     )

@@ -28,6 +28,12 @@ SEAM_REACH = 1e-3
 
 RETRACED_RAYS = 64
 
+NEARBY = 0.1
+"""Share of the distance within which samples tell of the spot itself: AO changes over such lengths."""
+
+FAR_AT_MOST = 0.6
+"""Confidence in a lack of samples if it shows in nothing but their distance: other causes look alike."""
+
 
 def gap_counts(evidence: Evidence) -> float:
     """How far a value is too dark to be chance, in [0, 1]; where little can be seen anyway, less is enough."""
@@ -38,14 +44,20 @@ def gap_counts(evidence: Evidence) -> float:
 def starved(suspect: Suspect) -> Cause | None:
     """The value comes from elsewhere, because hardly a valid sample lies around the spot."""
     evidence = suspect.evidence
+    if evidence.unseen:
+        return None
     lacking = max(certainty(evidence.own_weight, 0.6, 0.2), certainty(evidence.invalid_share, 0.75, 0.95))
+    near = near_weight(suspect)
+    far = FAR_AT_MOST * certainty(near, 0.4, 0.1)
+    lacking = max(lacking, far)
     strength = lacking * max(gap_counts(evidence), certainty(-evidence.gap, 0.5 * GAP, 1.5 * GAP))
     if strength <= 0.0:
         return None
-    carried = 1.0 - evidence.own_weight
+    carried = max(1.0 - evidence.own_weight, 0.0)
     text = (
         f"{evidence.valid} of {evidence.valid + evidence.invalid} samples on the faces around are valid; "
-        f"{percent(carried)} of the value comes from other faces. "
+        f"{percent(carried)} of the value comes from other faces, {percent(near)} from samples within "
+        f"{100.0 * NEARBY * evidence.distance:.3g} cm. "
         f"Seen from the spot itself, AO is {evidence.seen:.2f} instead of {evidence.value:.2f}."
     )
     more = min(4096, max(256, 8 * (evidence.valid + evidence.invalid) // max(len(evidence.faces), 1), 1024))
@@ -57,9 +69,18 @@ def starved(suspect: Suspect) -> Cause | None:
         "valid": evidence.valid,
         "invalid": evidence.invalid,
         "own_weight": evidence.own_weight,
+        "near_weight": near,
         "gap": evidence.gap,
     }
     return Cause(CauseKind.STARVED, strength, text, numbers, remedies, suspect.object)
+
+
+def near_weight(suspect: Suspect) -> float:
+    """Share of the weight that samples close to the spot have, in [0, 1]."""
+    samples = suspect.explanation.samples
+    weight = np.abs(samples.weight)
+    near = samples.distance < NEARBY * suspect.evidence.distance
+    return float(weight[near].sum() / max(weight.sum(), 1e-12))
 
 
 def overshoot(suspect: Suspect) -> Cause | None:
@@ -163,6 +184,8 @@ def below_plane(suspect: Suspect) -> Cause | None:
 def buried(suspect: Suspect) -> Cause | None:
     """Samples that lie inside something, but count as valid, pull the value down."""
     evidence, heavy = suspect.evidence, suspect.evidence.heavy
+    if evidence.unseen:
+        return _out_of_sight(suspect)
     inside = inside_others(suspect)
     if not inside.any():
         return None
@@ -170,11 +193,8 @@ def buried(suspect: Suspect) -> Cause | None:
     rest = heavy.without(inside)
     if not np.isfinite(rest):  # nothing else weighs: then it is what can be seen that they stand in for
         rest = evidence.seen
-    here = float(evidence.front.from_behind.mean()) > BURIED and float(evidence.front.stopped.mean()) > 0.9
     explained = (rest - evidence.value) / max(evidence.gap, GAP)
     strength = gap_counts(evidence) * certainty(explained, 0.2, 0.6)
-    if here and share > 0.5:
-        strength = 0.9
     if strength <= 0.0:
         return None
     around = _surrounding(suspect, inside)
@@ -194,6 +214,19 @@ def buried(suspect: Suspect) -> Cause | None:
     return Cause(CauseKind.BURIED, strength, text, numbers, tuple(remedies), around)
 
 
+def _out_of_sight(suspect: Suspect) -> Cause:
+    """The spot itself lies inside or under something."""
+    evidence = suspect.evidence
+    backs = float(evidence.front.proof.mean())
+    text = (
+        f"{percent(backs)} of what the spot itself sees shows its back: it lies inside or under something, and nobody "
+        f"should see it. {evidence.invalid} of {evidence.valid + evidence.invalid} samples around are invalid."
+    )
+    remedies = (Remedy("model", "Cut the faces where they go into the other surface, if light parts nearby suffer."),)
+    numbers = {"from_behind": backs, "invalid": float(evidence.invalid)}
+    return Cause(CauseKind.BURIED, certainty(backs, 0.4, 0.7), text, numbers, remedies, suspect.object)
+
+
 def inside_others(suspect: Suspect) -> BoolArray:
     """Heavy samples that see next to nothing but backs, and darkness, shape (h,)."""
     evidence, heavy = suspect.evidence, suspect.evidence.heavy
@@ -209,6 +242,8 @@ def leak(suspect: Suspect) -> Cause | None:
     """Samples that cannot be seen from the spot, behind a wall or under something, bring their darkness."""
     evidence, heavy = suspect.evidence, suspect.evidence.heavy
     level = heavy.face_normal @ suspect.explanation.spot.normal > 0.5
+    if evidence.unseen:
+        return None
     hidden = heavy.hidden & level & ~inside_others(suspect) & (heavy.ao < evidence.seen - 0.1)
     rest = heavy.without(hidden)
     if not hidden.any():
