@@ -10,7 +10,6 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 from bake.types import Float32Array, Float64Array, UInt8Array
 from viewer.actors import vtk_cells, vtk_points
 
-
 _NEAREST = -66000.0  # a shift of depth that outdoes every depth there is
 
 
