@@ -112,7 +112,7 @@ class DecoratorPanel(QWidget):
         self.level = choice((), "Level drawn of everything that has LODs; single ones can be ticked in Objects")
         self.level.activated.connect(self._on_level)
         compare = QPushButton("Compare levels")
-        compare.setToolTip("The levels of the selected object side by side on one camera, finest first (Shift+M)")
+        compare.setToolTip("The levels of the selected object side by side on one camera, finest first (Alt+M)")
         compare.clicked.connect(self.lods_requested)
         form.addRow("Show", self.level)
         form.addRow(in_row(compare, self._table_button("LODs")))

@@ -37,7 +37,7 @@ class LodCompare(SideBySide):
 
     def __init__(self, document: Document, camera: Camera, jobs: Jobs, parent: QWidget | None = None) -> None:
         tip = "The same camera for all levels: drag to orbit, wheel to zoom"
-        super().__init__(camera, tip, "Close the comparison (Shift+M)", parent)
+        super().__init__(camera, tip, "Close the comparison (Alt+M)", parent)
         self._document, self._jobs = document, jobs
         self._levels: Levels | None = None
         self._world: World | None = None
