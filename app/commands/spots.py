@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from bake.explain.spots import Spots
     from bake.types import BakeResult
 
-USAGE = "RESULT [--distance M] [--object PATTERN] [--cause NAME] [--most N] [--measure N] [--json]"
+USAGE = "RESULT [--distance M] [--object PATTERN] [--cause NAME] [--most N] [--look] [--measure N] [--json]"
 
 MOST = 25
 
@@ -31,6 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cause", metavar="NAME", choices=[str(kind) for kind in CauseKind],
                         help="only with this likeliest cause")  # fmt: skip
     parser.add_argument("--most", type=int, default=MOST, metavar="N", help=f"spots to list ({MOST})")
+    parser.add_argument("--look", action="store_true",
+                        help="send some rays from every spot: those that nobody can see sink to the end")  # fmt: skip
     parser.add_argument("--measure", type=int, default=0, metavar="N",
                         help="measure the causes of the first N spots by rays, instead of guessing (0)")  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print one JSON object")
@@ -51,6 +53,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError("a number below 0", where="--most, --measure", remedy="use 0 or more")
     result = load_result(arguments.result)
     spots = find_spots(result, distance=arguments.distance)
+    if arguments.look:
+        spots = _looked_at(result, spots)
     chosen = [row for row in range(len(spots)) if _on_object(result, spots, row, arguments.object)]
     measured = _measured(result, spots, chosen[: arguments.measure])
     kinds = {row: causes[0].kind for row, causes in measured.items()}
@@ -71,6 +75,14 @@ def run(arguments: argparse.Namespace) -> int:
             f"{row['cause']}{guessed}  {row['vertex']} at {x:.2f},{y:.2f},{z:.2f}"
         )
     return 0
+
+
+def _looked_at(result: BakeResult, spots: Spots) -> Spots:
+    from bake.explain.explainer import Explainer
+    from bake.explain.spot_looks import refine_spots
+
+    with Explainer(result) as explainer:
+        return refine_spots(spots, explainer)
 
 
 def _on_object(result: BakeResult, spots: Spots, row: int, pattern: str | None) -> bool:
@@ -103,6 +115,8 @@ def _row(result: BakeResult, spots: Spots, row: int, causes: tuple[Cause, ...] |
         "severity": float(spots.severity[row]),
         "value": float(spots.value[row]),
         "usual": float(spots.usual[row]),
+        "seen": None if spots.seen is None else float(spots.seen[row]),
+        "unseen": None if spots.unseen is None else bool(spots.unseen[row]),
         "signs": list(spots.signs_of(row)),
         "cause": str(spots.guess[row] if causes is None else causes[0].kind),
         "measured": causes is not None,

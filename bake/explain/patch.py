@@ -12,8 +12,10 @@ NEAR = 1e-3
 """Vertices within about this many metres count as connected: whatever a solve may weld lies closer."""
 
 
-def faces_around(world: World, vertices: Int64Array, rings: int) -> BoolArray:
-    """Receiving faces within some rings of vertices, shape (m,); rings cross every seam, welded or not.
+def rings_around(world: World, vertices: Int64Array, rings: int) -> Int64Array:
+    """How many steps each receiving face is from vertices, shape (m,), from 1 to `rings`; 0 for all that are farther.
+
+    Steps cross every seam, welded or not.
 
     Args:
         world: The flattened scene.
@@ -21,18 +23,17 @@ def faces_around(world: World, vertices: Int64Array, rings: int) -> BoolArray:
         rings: Steps from face to face.
     """
     receives = np.array([role.receives_per_vertex for role in world.object_roles], np.bool_)[world.face_object]
-    faces = world.faces
     reached = np.zeros(world.vertex_count, np.bool_)
     reached[vertices] = True
-    chosen = np.zeros(len(faces), np.bool_)
-    for _ in range(rings):
+    ring = np.zeros(world.face_count, np.int64)
+    for step in range(1, rings + 1):
         _join_near(world, reached)
-        touched = receives & reached[faces].any(axis=1)
-        if np.array_equal(touched, chosen):
+        new = receives & (ring == 0) & reached[world.faces].any(axis=1)
+        if not new.any():
             break
-        chosen = touched
-        reached[faces[chosen].ravel()] = True
-    return chosen
+        ring[new] = step
+        reached[world.faces[new].ravel()] = True
+    return ring
 
 
 def _join_near(world: World, reached: BoolArray) -> None:

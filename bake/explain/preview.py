@@ -18,7 +18,7 @@ from bake.decorators.fog import make_fog
 from bake.errors import SceneError
 from bake.explain.cause_types import Remedy
 from bake.explain.explainer import Explainer
-from bake.explain.patch import cut_out, faces_around
+from bake.explain.patch import cut_out, rings_around
 from bake.explain.remedies import remedied, remedied_settings
 from bake.explain.retrace import tracer_like
 from bake.explain.scatter_change import changed_scatter, trace_all
@@ -90,10 +90,10 @@ class Previewer:
         settings = remedied_settings(self._explainer.settings, remedy)
         world = flatten(remedied(self.scene(), remedy), settings)
         samples = place_samples(world, settings)
-        patch = faces_around(world, spot.vertices, RINGS)
+        ring = rings_around(world, spot.vertices, RINGS)
         changed = dataclasses.replace(result, settings=settings)
         with tracer_like(changed, world, make_fog(world, settings)) as tracer:
-            part, own, rows, vertices = cut_out(world, samples, patch)
+            part, own, rows, vertices = cut_out(world, samples, ring > 0)
             tally = trace_all(tracer, samples.only(rows))
             scatter, drawn = changed_scatter(self._explainer, tracer, samples, set(remedy.objects))
         field = VertexMapper(part, own, settings, scene=scatter).solve(
@@ -102,7 +102,7 @@ class Previewer:
         distances = settings.column_distances
         values = np.full((world.vertex_count, len(distances)), np.nan, np.float32)
         values[vertices] = field.ao
-        inner = np.unique(world.faces[faces_around(world, spot.vertices, RINGS // 2)])
+        inner = np.unique(world.faces[(ring > 0) & (ring <= RINGS // 2)])
         known = np.full(world.vertex_count, VertexState.NOT_BAKED, np.uint8)
         known[vertices] = field.state
         inner = inner[known[inner] == VertexState.BAKED]  # what others are filled from may lie beyond the rim

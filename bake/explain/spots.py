@@ -48,6 +48,8 @@ class Spots:
         members: Shape (v,), int64.
         left_out: Spots beyond the most that were asked for.
         seconds: What it took.
+        seen: Shape (s,), float32: AO by rays from the vertex; None before `refine_spots`.
+        unseen: Shape (s,), bool: it lies inside or under something; None before `refine_spots`.
     """
 
     distance: float
@@ -66,6 +68,8 @@ class Spots:
     members: Int64Array
     left_out: int
     seconds: float
+    seen: Float32Array | None = None
+    unseen: BoolArray | None = None
 
     def __len__(self) -> int:
         return len(self.vertex)

@@ -35,7 +35,8 @@ def test_spots_are_listed(run: Run, baked: Path) -> None:
     code, text, _ = run("spots", baked)
     assert code == 0
     assert "suspicious spots, AO at 0.5 m" in text
-    code, text, _ = run("spots", baked, "--distance", "5", "--measure", "2", "--json")
+    assert all(row["seen"] is None for row in json.loads(run("spots", baked, "--json")[1])["spots"])
+    code, text, _ = run("spots", baked, "--distance", "5", "--look", "--measure", "2", "--json")
     listed = json.loads(text)
     assert code == 0
     assert listed["distance"] == 5.0
@@ -43,6 +44,7 @@ def test_spots_are_listed(run: Run, baked: Path) -> None:
     for row in listed["spots"]:
         assert row["vertex"].startswith(row["object"] + ":")
         assert 0.0 <= row["severity"] <= 1.0
+        assert 0.0 <= row["seen"] <= 1.0
 
 
 def test_spots_are_filtered(run: Run, baked: Path) -> None:

@@ -11,7 +11,7 @@ from bake.errors import SceneError, SettingsError, StorageError
 from bake.explain.cause_types import Remedy
 from bake.explain.causes import name_causes
 from bake.explain.explainer import Explainer
-from bake.explain.patch import cut_out, faces_around
+from bake.explain.patch import cut_out, rings_around
 from bake.explain.preview import Previewer
 from bake.explain.remedies import apply_remedy, plan_remedy, remedied, remedied_settings, undo
 from bake.pipeline import BakeRequest, run_bake
@@ -162,7 +162,7 @@ def test_remedies_are_plain_json() -> None:
 def test_a_cut_keeps_seeds_and_places(explainer: Explainer) -> None:
     """The samples of a part are those of the whole, on the same triangles, with the same scrambles."""
     result = explainer.result
-    faces = faces_around(result.world, np.array([100]), 3)
+    faces = rings_around(result.world, np.array([100]), 3) > 0
     part, own, rows, vertices = cut_out(result.world, result.samples, faces)
     np.testing.assert_array_equal(
         part.positions[part.faces[own.face]], result.world.positions[result.world.faces[result.samples.face[rows]]]
