@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bake.region_types import GRID, PointState, RegionGraph, RegionPoints
-from bake.types import Float64Array, Int32Array, Int64Array
+from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 
 
 class Boxes:
@@ -29,6 +29,13 @@ class Boxes:
     def holding(self, point: Float64Array) -> Int64Array:
         """The boxes that hold one point, ascending."""
         return np.flatnonzero(((self.minimum <= point) & (point <= self.maximum)).all(axis=1))
+
+    def holds_any(self, points: Float64Array) -> BoolArray:
+        """Which points, shape (n, 3), lie in any box."""
+        held = np.zeros(len(points), np.bool_)
+        for low, high in zip(self.minimum, self.maximum, strict=True):
+            held |= ((low <= points) & (points <= high)).all(axis=1)
+        return held
 
     def distance(self, point: Float64Array) -> Float64Array:
         """How far each box is from one point, shape (r,), metres; 0 inside."""

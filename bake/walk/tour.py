@@ -17,6 +17,7 @@ from bake.regions.obstacles import CUT_OUT
 from bake.regions.rays import Nearest
 from bake.regions.upright import Upright
 from bake.types import BoolArray, Float64Array, Regions, World
+from bake.walk.boxes import Boxes
 from bake.walk.path import path_through, places
 from bake.walk.routes import Routes
 from bake.walk.standing import SHOULDER
@@ -68,7 +69,7 @@ def tour(regions: Regions, world: World, nearest: Nearest, up: Upright) -> Tour:
         )
     visited = np.zeros(len(regions.graph), np.bool_)
     visited[order] = True
-    return Tour(path_through(_on_floor(points, floor, free)), visited)
+    return Tour(path_through(_on_floor(points, floor, free, Boxes(regions.graph, regions.points))), visited)
 
 
 def _order(routes: Routes, count: int) -> list[int]:
@@ -118,8 +119,11 @@ def _joined(routes: Routes, order: list[int]) -> Float64Array:
     return np.concatenate(parts) if parts else np.empty((0, 3))
 
 
-def _on_floor(points: Float64Array, floor: Floor, free: FreeSpace) -> Float64Array:
-    """The way at short intervals, at walking height over the floor; where that would lead into something, as it was."""
+def _on_floor(points: Float64Array, floor: Floor, free: FreeSpace, boxes: Boxes) -> Float64Array:
+    """The way at short intervals, at walking height over the floor.
+
+    Where that would lead into something, or out of the regions, as down a pit beside a bridge, it stays as it was.
+    """
     path = path_through(points)
     count = max(2, math.ceil(path.length / _SPACING) + 1)
     distance = np.linspace(0.0, path.length, count)
@@ -130,6 +134,7 @@ def _on_floor(points: Float64Array, floor: Floor, free: FreeSpace) -> Float64Arr
     drop = height - _averaged(height - drop)  # steps of the floor become slopes
     lowered = straight + drop[:, None] * floor.up.down
     blocked = np.flatnonzero(~free.clear(lowered[:-1], lowered[1:], width=SHOULDER))
+    blocked = np.union1d(blocked, np.flatnonzero(boxes.holds_any(straight) & ~boxes.holds_any(lowered)))
     around = np.unique((blocked[:, None] + np.arange(-_SMOOTHED, _SMOOTHED + 2)).clip(0, count - 1))
     # Back to the straight way gradually, lest the height jump.
     kept = np.ones(count)
