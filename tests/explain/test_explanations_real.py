@@ -1,4 +1,4 @@
-"""Explanations on real levels: shares add up to 1 - AO, and counterfactuals are what a bake without the object gives."""
+"""Explanations on real levels: shares add up to 1 - AO, counterfactuals are what a bake without the object gives."""
 
 from __future__ import annotations
 
