@@ -1,0 +1,1 @@
+"""Rebaking what an edit can reach, and nothing else."""
