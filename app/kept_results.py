@@ -8,38 +8,52 @@ import shutil
 from collections.abc import Iterable
 from pathlib import Path
 
+from app.result_cache import size_of
 from app.session import is_running
+
+_FOLDER = ".obscura-undo"
+_MOST_COPIED = 50_000_000
 
 
 class KeptResults:
-    """A folder of kept results that belongs to this process.
+    """Folders of kept results that belong to this process.
+
+    A result on another disk than the cache is kept beside itself, so that it shares its files.
 
     Args:
         cache: The window's cache folder.
     """
 
     def __init__(self, cache: Path) -> None:
-        self._folder = cache / "undo" / str(os.getpid())
+        self._cache = cache / "undo"
+        self._folders: set[Path] = set()
         self._count = 0
 
     def keep(self, result: Path) -> Path | None:
-        """Keeps the result in a folder aside.
+        """Keeps the result in a folder aside, in no time.
 
         Returns:
             Where it is kept; None if there is none.
 
         Raises:
-            ObscuraError: it could not be kept.
+            ObscuraError: it could not be kept, or not without copying much.
         """
         from bake.results import is_result, keep_result
 
         if not is_result(result):
             return None
         self._count += 1
-        target = self._folder / str(self._count)
+        folder = self._folder_for(result)
+        self._folders.add(folder)
+        target = folder / str(self._count)
         shutil.rmtree(target, ignore_errors=True)  # of a process of the same number, long ago
-        keep_result(result, target)
+        keep_result(result, target, copy=size_of(result) <= _MOST_COPIED)
         return target
+
+    def _folder_for(self, result: Path) -> Path:
+        self._cache.mkdir(parents=True, exist_ok=True)
+        same_disk = self._cache.stat().st_dev == result.stat().st_dev
+        return (self._cache if same_disk else result.parent / _FOLDER) / str(os.getpid())
 
     @staticmethod
     def restore(kept: Path | None, result: Path) -> None:
@@ -63,16 +77,20 @@ class KeptResults:
     def drop_others(self, used: Iterable[Path], count: int) -> None:
         """Removes what no step needs any more, of the first `count` results that were kept."""
         keep = set(used)
-        with contextlib.suppress(FileNotFoundError):
-            for path in list(self._folder.iterdir()):
-                if path not in keep and int(path.name) <= count:
-                    shutil.rmtree(path, ignore_errors=True)
-        with contextlib.suppress(OSError):
-            self._folder.rmdir()
+        for folder in tuple(self._folders):
+            with contextlib.suppress(FileNotFoundError):
+                for path in list(folder.iterdir()):
+                    if path not in keep and int(path.name) <= count:
+                        shutil.rmtree(path, ignore_errors=True)
+            for empty in (folder, folder.parent):
+                if empty != self._cache:
+                    with contextlib.suppress(OSError):
+                        empty.rmdir()
 
-    def drop_orphans(self) -> None:
-        """Removes what processes left that no longer run."""
-        with contextlib.suppress(FileNotFoundError):
-            for path in list(self._folder.parent.iterdir()):
-                if path.name.isdigit() and not is_running(int(path.name)):
-                    shutil.rmtree(path, ignore_errors=True)
+    def drop_orphans(self, near: Path | None = None) -> None:
+        """Removes what processes left that no longer run, in the cache and beside a result."""
+        for root in (self._cache, *(() if near is None else (near.parent / _FOLDER,))):
+            with contextlib.suppress(FileNotFoundError):
+                for path in list(root.iterdir()):
+                    if path.name.isdigit() and not is_running(int(path.name)):
+                        shutil.rmtree(path, ignore_errors=True)

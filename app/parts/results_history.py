@@ -36,7 +36,8 @@ class ResultsHistoryPart(Part):
         controller.about_to_bake.connect(self._on_begin)
         controller.bake_ended.connect(self._on_end)
         undo.indexChanged.connect(self._sweep.start)
-        self.bench.jobs.run("undo orphans", self._kept.drop_orphans, lambda _none: None, self._on_error)
+        self.bench.document.opened.connect(self._drop_orphans)
+        self._drop_orphans()
 
     def close(self) -> None:
         """Removes all that was kept."""
@@ -53,11 +54,15 @@ class ResultsHistoryPart(Part):
                 return next((path for path in step.holds[:-1] if isinstance(path, Path)), None)
         return None
 
+    def _drop_orphans(self) -> None:
+        path = self.bench.document.result_path
+        self.bench.jobs.run("undo orphans", lambda: self._kept.drop_orphans(path), lambda _none: None, self._on_error)
+
     def _on_begin(self, result: Path) -> None:
         self._before = None
         try:
             self._before = (result, self._kept.keep(result))
-        except ObscuraError as error:
+        except (ObscuraError, OSError) as error:
             logger.warning("this bake cannot be undone: %s", error)
 
     def _on_end(self, replaced: bool) -> None:

@@ -18,12 +18,13 @@ from bake.results.save import check_destination, staging_in, sweep
 from bake.results.storage import storage_errors, sync_folder
 
 
-def keep_result(folder: Path, target: Path) -> None:
+def keep_result(folder: Path, target: Path, *, copy: bool = True) -> None:
     """Keeps the result in `folder` aside.
 
     Args:
         folder: A result.
         target: A folder that does not exist yet.
+        copy: Whether to copy where files cannot be shared, which takes time and space.
 
     Raises:
         ResultError: there is no result in `folder`, or a file of it is missing; nothing is left behind.
@@ -34,7 +35,7 @@ def keep_result(folder: Path, target: Path) -> None:
         try:
             with folder_lock(folder):
                 for stored in read_manifest(folder).arrays.values():
-                    _link(folder / stored.file, target / stored.file)
+                    _link(folder / stored.file, target / stored.file, copy=copy)
                 shutil.copyfile(folder / MANIFEST_FILE, target / MANIFEST_FILE)
         except BaseException:
             shutil.rmtree(target, ignore_errors=True)
@@ -77,10 +78,12 @@ def take_away(folder: Path) -> None:
         folder.rmdir()
 
 
-def _link(source: Path, target: Path) -> None:
+def _link(source: Path, target: Path, *, copy: bool = True) -> None:
     if not source.is_file():
         raise ResultError("an array file is missing", where=str(source), remedy="bake again")
     try:
         os.link(source, target)
     except OSError:  # another disk, or a file system without hard links
+        if not copy:
+            raise
         shutil.copyfile(source, target)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +13,7 @@ import pytest
 from PyQt6.QtGui import QUndoStack
 from pytestqt.qtbot import QtBot
 
+from app.kept_results import KeptResults
 from app.undo_step import Step
 from app.window import Window
 from bake.errors import StorageError
@@ -244,3 +247,30 @@ def test_opening_another_scene_forgets_the_steps(opened: Window, qtbot: QtBot, r
     opened.controller.open(result_folder)
     _wait(qtbot, lambda: opened.document.result_path == result_folder.resolve())
     assert opened.bench.undo.count() == 0
+
+
+def test_results_on_other_disks_are_kept_beside_themselves(
+    tmp_path: Path, result_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What cannot share its files with the cache stays on its own disk; nothing is left of it afterwards."""
+    kept, result = KeptResults(tmp_path / "cache"), tmp_path / "elsewhere" / "result"
+    shutil.copytree(result_folder, result)
+    monkeypatch.setattr(KeptResults, "_folder_for", lambda _self, path: path.parent / ".obscura-undo" / "1")
+    where = kept.keep(result)
+    assert where is not None
+    assert where.parent.parent == result.parent / ".obscura-undo"
+    assert next(where.glob("field_ao-*")).stat().st_nlink == 2
+    kept.drop_others((where,), kept.count)
+    assert where.exists()
+    kept.drop_others((), kept.count)
+    assert sorted(path.name for path in result.parent.iterdir()) == ["result"]
+    assert kept.keep(tmp_path) is None
+
+
+def test_kept_results_of_dead_processes_go(tmp_path: Path) -> None:
+    """What a crashed window kept is removed by the next one; what a living one keeps stays."""
+    kept = KeptResults(tmp_path)
+    for pid in (os.getpid(), 2**22 + 7):  # the second is above what Linux gives out
+        (tmp_path / "undo" / str(pid) / "1").mkdir(parents=True)
+    kept.drop_orphans()
+    assert [path.name for path in (tmp_path / "undo").iterdir()] == [str(os.getpid())]
