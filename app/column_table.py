@@ -132,11 +132,14 @@ class ColumnTable(QTableView):
         columns.setResizeContentsPrecision(_MEASURED_ROWS)
         selection.selectionChanged.connect(self._on_selection)
 
-    def set_columns(self, columns: Sequence[Column], *, sorted_by: int | None = None, descending: bool = False) -> None:
+    def set_columns(
+        self, columns: Sequence[Column], *, stretch: int = 0, sorted_by: int | None = None, descending: bool = False
+    ) -> None:
         """Replaces everything.
 
         Args:
-            columns: The first takes the room that is left.
+            columns: What to show.
+            stretch: The one that takes the room that is left.
             sorted_by: Column to sort by from now on; None keeps the order.
             descending: Whether the largest comes first.
         """
@@ -147,8 +150,8 @@ class ColumnTable(QTableView):
         assert header is not None
         if fresh and columns:
             for number in range(len(columns)):
-                stretch = QHeaderView.ResizeMode.Stretch if number == 0 else QHeaderView.ResizeMode.Interactive
-                header.setSectionResizeMode(number, stretch)
+                wide = QHeaderView.ResizeMode.Stretch if number == stretch else QHeaderView.ResizeMode.Interactive
+                header.setSectionResizeMode(number, wide)
             self.resizeColumnsToContents()
         if sorted_by is not None and columns:
             self.sortByColumn(sorted_by, Qt.SortOrder.DescendingOrder if descending else Qt.SortOrder.AscendingOrder)

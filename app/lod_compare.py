@@ -132,7 +132,7 @@ class LodCompare(SideBySide):
         if self._differences is None:
             return "comparing …"
         errors = zip(self._differences[number - 1], labels, strict=True)
-        return "off by " + "  ·  ".join(f"{label}: {error:.4f}" for error, label in errors)
+        return "off by " + "  ·  ".join(f"{error:.4f} at {label}" for error, label in errors)
 
 
 def _geometry(world: World, objects: tuple[int, ...]) -> Geometry:

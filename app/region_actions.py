@@ -89,7 +89,12 @@ def region_actions(
         ),
         (
             spec(
-                "walls", "Through &walls", "Draw boxes and links before the surface", ("Shift+W",), check=True, group=1
+                "walls",
+                "Through &walls",
+                "Draw all of these before the surface",
+                ("Shift+W",),
+                check=True,
+                group=1,
             ),
             lambda on: show(through_walls=on),
         ),

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from PyQt6.QtCore import Qt
+from PyQt6.QtCore import QPointF, Qt
 from PyQt6.QtGui import QMouseEvent, QUndoCommand, QUndoStack
 
 from app.region_state import RegionState, Tool
 from app.viewport import Viewport
 from bake.types import BoolArray, Int64Array
+from viewer.overlays import OverlayPoints
 from viewer.region_marks import highlighted
 from viewer.region_values import POINTS
 from viewer.volume_view import voxel_along
 
+_TOUCHED_PIXELS = 9.0
 _CLOSE_PIXELS = 7.0  # beside a point, within which the brush touches it
 
 
@@ -73,6 +75,23 @@ class RegionBrush:
         self._state, self._viewport, self._undo = state, viewport, undo
         self._before: BoolArray | None = None
         self._on = False
+        viewport.navigation.hovered.connect(self.hover)
+        viewport.view.mouse_left.connect(self._hide)
+        state.tool_changed.connect(self._hide)
+
+    def hover(self, position: QPointF) -> None:
+        """Marks the points that a stroke would begin with."""
+        regions = self._state.regions
+        if self._state.tool is not Tool.BRUSH or regions is None:
+            return
+        touched = self.touched(position)
+        colors = np.full((len(touched), 3), 255, np.uint8)
+        places = np.asarray(regions.points.position)[touched]
+        points = OverlayPoints(places, colors, len(touched)) if len(touched) else None
+        self._viewport.set_points("region brush", points, _TOUCHED_PIXELS, in_front=True)
+
+    def _hide(self) -> None:
+        self._viewport.set_points("region brush", None)
 
     def press(self, event: QMouseEvent) -> bool:
         """Begins a stroke while the brush is out; with Ctrl it switches the other way."""
@@ -87,7 +106,8 @@ class RegionBrush:
     def move(self, event: QMouseEvent) -> None:
         """Switches what is under the brush."""
         state, bits = self._state, self._state.bits
-        touched = self.touched(event)
+        self.hover(event.position())
+        touched = self.touched(event.position())
         if bits is None or not len(touched) or (bits[touched] == self._on).all():
             return
         bits = bits.copy()
@@ -105,17 +125,17 @@ class RegionBrush:
             word = "on" if self._on else "off"
             self._undo.push(SwitchPoints(self._state, changed, bits[changed], f"{len(changed)} points {word}"))
 
-    def touched(self, event: QMouseEvent) -> Int64Array:
-        """Indices of the points under the brush."""
+    def touched(self, position: QPointF) -> Int64Array:
+        """Indices of the points under the brush at a position of the view."""
         regions, viewport = self._state.regions, self._viewport
         if regions is None:
             return np.zeros(0, np.int64)
         owners = highlighted(regions, self._state.view)
         own = (owners[:, None] * POINTS + np.arange(POINTS)).ravel()
         positions = np.asarray(regions.points.position)[own]
-        origin, direction = viewport.ray_at(event.position())
+        origin, direction = viewport.ray_at(position)
         angle = _CLOSE_PIXELS * viewport.camera.view_angle / max(viewport.view.height(), 1)
-        hit = viewport.pick_at(event.position())
+        hit = viewport.pick_at(position)
         # A point just behind the surface can be reached too: those inside walls are what one wants to switch.
         limit = np.inf if hit is None or self._state.view.through_walls else hit.distance + self._state.brush_radius
         nearest = voxel_along(positions, origin, direction, angle, 0.0, float(limit))

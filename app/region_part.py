@@ -13,7 +13,7 @@ from PyQt6.QtWidgets import QFileDialog
 from app.actions import Action
 from app.region_actions import TOGGLES, WITHOUT_REGIONS, region_actions
 from app.region_brush import ProbeDrag, RegionBrush, switch
-from app.region_flight import fly_to_link, fly_to_region
+from app.region_flight import fly_to_link, fly_to_region, free_eye, looking
 from app.region_list import RegionList
 from app.region_live import RegionLive
 from app.region_panel import RegionPanel
@@ -113,14 +113,17 @@ class RegionsPart(Part):
             fly_to_region(main, picker, regions, view.region)
 
     def probe_selected(self) -> None:
-        """Puts the probe into the selected region: at its seed, which lies in free space."""
+        """Puts the probe into the selected region, at its seed, which lies in free space, and looks at it."""
         regions, view = self.state.regions, self.state.view
         if regions is None:
             return
         chosen = max(view.region, 0)
         low, high = regions.graph.minimum[chosen], regions.graph.maximum[chosen]
         radius = float(np.clip(0.15 * np.min(high - low), 0.05, 1.0))
-        self._set_probe(regions.graph.seed[chosen], radius)
+        place, main = regions.graph.seed[chosen], self.bench.area.main
+        self._set_probe(place, radius)
+        eye = free_eye(self.bench.picker, place, place + 6.0 * radius * main.camera.backward)
+        main.navigation.fly_to(looking(main.camera, eye, place))
 
     def ask_for_file(self) -> None:
         """Writes the region file where the user wants it."""

@@ -74,7 +74,7 @@ class RegionPresenter:
         self._step("boxes", (view.boxes, *models, front), lambda: self._draw_boxes(regions, view))
         self._step("chosen", (*chosen, front), lambda: self._draw_chosen(regions, view))
         self._step("links", (view.links, *models, view.link, front), lambda: self._draw_links(regions, view))
-        points = (view.points, *(chosen if view.points is PointSet.SELECTED else ()))
+        points = (view.points, *(chosen if view.points is PointSet.SELECTED else ()), front)
         self._step("points", points, lambda: self._draw_points(regions, view))
         self._step("centres", (view.centres, *models, front), lambda: self._draw_centres(regions, view))
         self._step("models", (view.models, *models, view.deformed), lambda: self._draw_models(regions, view))
@@ -95,6 +95,7 @@ class RegionPresenter:
                 viewport.set_shapes(f"region {name}", None)
                 viewport.set_shapes(f"region {name}{_IN_FRONT}", None)
             viewport.set_points("region points", None)
+            viewport.set_points(f"region points{_IN_FRONT}", None)
         self._set_scales(None, None, None, None)
 
     def _draw_boxes(self, regions: Regions, view: RegionView) -> None:
@@ -121,8 +122,11 @@ class RegionPresenter:
 
     def _draw_points(self, regions: Regions, view: RegionView) -> None:
         points: OverlayPoints | None = grid_points(regions, view, self._state.pending)
+        size = ALL_PIXELS if view.points is PointSet.ALL else POINT_PIXELS
         for viewport in self._viewports():
-            viewport.set_points("region points", points, ALL_PIXELS if view.points is PointSet.ALL else POINT_PIXELS)
+            for in_front in (False, True):
+                shown = points if in_front is view.through_walls else None
+                viewport.set_points(f"region points{_IN_FRONT if in_front else ''}", shown, size, in_front=in_front)
 
     def _draw_centres(self, regions: Regions, view: RegionView) -> None:
         shapes = model_centres(regions, view) if view.centres else None

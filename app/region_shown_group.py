@@ -46,7 +46,7 @@ class RegionShownGroup(QGroupBox):
         self.links = self._check("Links", "links", "Which regions touch, through the middle of what they share")
         self.centres = self._check("Centres", "centres", "The point about which each model bends")
         self.models = self._check("Models", "models", "A small sphere lit by each region's model, at its centre")
-        self.front = self._check("Through walls", "through_walls", "Draw boxes, links and centres before the surface")
+        self.front = self._check("Through walls", "through_walls", "Draw boxes, links, points and centres before walls")
         self.deformed = self._check(
             "AO as radius", "deformed", "Spheres show AO by radius and colour, instead of as light on their surface"
         )

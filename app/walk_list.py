@@ -1,9 +1,12 @@
 """Plot and pops of a walk side by side, below the view."""
 
+# pyright: reportIncompatibleMethodOverride=false
+# (the stubs call every parameter of Qt's event handlers a0)
+
 from __future__ import annotations
 
-from PyQt6.QtCore import Qt, pyqtSignal
-from PyQt6.QtGui import QColor, QIcon, QPixmap
+from PyQt6.QtCore import QEvent, Qt, pyqtSignal
+from PyQt6.QtGui import QIcon, QPixmap
 from PyQt6.QtWidgets import QHBoxLayout, QLabel, QSplitter, QToolButton, QVBoxLayout, QWidget
 
 from app.column_table import ColumnTable
@@ -13,6 +16,15 @@ from app.walk_state import WalkState
 from bake.walk import Variant, Walk
 from viewer.walk_curves import TITLES
 from viewer.walk_rows import pop_columns
+
+_SHORT = {
+    Variant.RAW: "Raw",
+    Variant.REGULARISED: "Regularised",
+    Variant.BLENDED: "Time",
+    Variant.SPATIAL: "Space",
+    Variant.SPATIAL_BLENDED: "Both",
+    Variant.TRUTH: "Truth",
+}
 
 
 class WalkList(QWidget):
@@ -62,15 +74,12 @@ class WalkList(QWidget):
 
     def _build_button(self, variant: Variant) -> QToolButton:
         button = QToolButton()
-        button.setText(TITLES[variant])
+        button.setText(_SHORT[variant])
         button.setCheckable(True)
         button.setAutoRaise(True)
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        button.setToolTip("Show or hide its curve and its pops")
+        button.setToolTip(f"{TITLES[variant]}: show or hide its curve and its pops")
         button.toggled.connect(lambda on: self._on_button(variant, on))
-        swatch = QPixmap(10, 10)
-        swatch.fill(QColor(variant_color(variant, self.palette())))
-        button.setIcon(QIcon(swatch))
         self.buttons[variant] = button
         return button
 
@@ -81,6 +90,9 @@ class WalkList(QWidget):
         for variant, button in self.buttons.items():
             button.setChecked(variant in state.view.variants)
             button.setEnabled(state.walk is None or variant in state.walk.ao)
+            swatch = QPixmap(10, 10)
+            swatch.fill(variant_color(variant, self.palette()))
+            button.setIcon(QIcon(swatch))
         self._filling = False
         pops, walk = state.pops, state.walk
         if walk is self._listed[0] and state.view.variants == self._listed[1]:
@@ -88,8 +100,14 @@ class WalkList(QWidget):
         by_codes = self._listed[0] is None
         self._listed = (walk, state.view.variants)
         columns = pop_columns(pops, regions) if regions is not None and walk is not None else ()
-        self.view.set_columns(columns, sorted_by=2 if by_codes else None, descending=True)
+        self.view.set_columns(columns, stretch=2, sorted_by=0 if by_codes else None, descending=True)
         self._count.setText(f"{len(pops):,} pop{'' if len(pops) == 1 else 's'}" if walk is not None else "Pops")
+
+    def changeEvent(self, event: QEvent | None) -> None:
+        """The truth has the colour of text."""
+        super().changeEvent(event)
+        if event is not None and event.type() is QEvent.Type.PaletteChange and self.buttons:
+            self.refresh()
 
     def _on_button(self, variant: Variant, on: bool) -> None:
         if not self._filling:

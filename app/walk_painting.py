@@ -76,7 +76,6 @@ class WalkPainter:
 
     def __init__(self, walk: Walk, steps: Mapping[Variant, Float32Array]) -> None:
         self._walk, self._steps = walk, steps
-        self._range: tuple[tuple[frozenset[Variant], int], tuple[float, float]] | None = None
 
     def paint(
         self, painter: QPainter, layout: PlotLayout, view: WalkView, pops: Sequence[Pop], palette: QPalette
@@ -86,10 +85,7 @@ class WalkPainter:
         for plot in (upper, lower):
             painter.fillRect(plot, palette.color(QPalette.ColorRole.Base))
         self._paint_regions(painter, layout, palette)
-        wanted = (view.variants, view.normal)
-        if self._range is None or self._range[0] != wanted:
-            self._range = (wanted, ao_range(walk, *wanted))
-        low, high = self._range[1]
+        low, high = ao_range(walk, view.variants, view.normal, layout.begin, layout.end)
         shown = [variant for variant in _ORDER if variant in view.variants and variant in walk.ao]
         painter.save()
         painter.setClipRect(upper)

@@ -67,6 +67,7 @@ class WalkPresenter:
             viewport.set_scale("walk figure", self._figure_scale())
         self._forget_camera()
         self._draw_figure()
+        self._move_camera()
 
     def _figure_scale(self) -> Scale | None:
         """What lights the figure; its distance need not be that of the surface."""

@@ -22,7 +22,7 @@ PENDING_COLOR = (0, 158, 115)
 PENDING = 3
 """State of a point that was switched on but never traced; above the codes of `PointState`."""
 STATE_COLORS = np.array([VALID_COLOR, UNREACHABLE_COLOR, DROPPED_COLOR, PENDING_COLOR], np.uint8)
-STATE_WORDS = ("valid", "unreachable", "too many back faces", "on, traced at the next bake")
+STATE_WORDS = ("valid", "unreachable", "too many back faces", "on, wait for the bake")
 SELECTED_COLOR = (255, 158, 31)
 
 _SHADOW_COLOR = (22, 24, 28)

@@ -38,7 +38,7 @@ class RegionView:
         centres: Whether the centres of the models are drawn.
         models: Whether a small sphere, lit by its model, is drawn at the centre of each.
         deformed: Spheres have the AO as radius and a colour map, rather than being lit as a surface would be.
-        through_walls: Whether boxes, links and centres are drawn in front of the surface.
+        through_walls: Whether boxes, links, points and centres are drawn in front of the surface.
         as_fitted: Models and mismatch before regularisation rather than after it.
         column: Distance at which models are evaluated.
         region: The selected region; -1 for none.

@@ -56,11 +56,17 @@ def step_curve(walk: Walk, values: Float32Array, begin: float, end: float, pixel
     return _curve(walk, values, begin, end, pixels, broken=np.zeros(len(walk), bool))
 
 
-def ao_range(walk: Walk, variants: frozenset[Variant], normal: int) -> tuple[float, float]:
-    """Lowest and highest AO of some variants about a normal, with some room; at least a tenth apart, within [0, 1]."""
+def ao_range(walk: Walk, variants: frozenset[Variant], normal: int, begin: float, end: float) -> tuple[float, float]:
+    """Lowest and highest AO of some variants about a normal in a span of time, with some room.
+
+    At least a tenth apart, within [0, 1].
+    """
+    part = slice(int(np.searchsorted(walk.time, begin)), int(np.searchsorted(walk.time, end, side="right")))
     low, high = np.inf, -np.inf
     for variant in variants & walk.ao.keys():
-        values = walk.ao[variant][:, normal]
+        values = walk.ao[variant][part, normal]
+        if not len(values):
+            continue
         low = min(low, float(np.fmin.reduce(values)))
         high = max(high, float(np.fmax.reduce(values)))
     if not low <= high:

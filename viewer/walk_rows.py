@@ -17,11 +17,12 @@ FIGURES: tuple[tuple[str, str], ...] = (
     ("lag", "Median seconds until nine tenths of a boundary's jump have arrived"),
     ("error", "Mean distance to the truth; only where that was traced"),
 )
+_MEANINGS = dict(FIGURES)
 
 
 def facing(normal: int) -> str:
     """A normal of the walk by name."""
-    return "chosen" if normal == CHOSEN else AXES[normal]
+    return "needle" if normal == CHOSEN else AXES[normal]
 
 
 def pop_columns(pops: tuple[Pop, ...], regions: Regions) -> list[Column]:
@@ -30,20 +31,14 @@ def pop_columns(pops: tuple[Pop, ...], regions: Regions) -> list[Column]:
     places = [
         names[pop.before] if pop.before == pop.after else f"{names[pop.before]} → {names[pop.after]}" for pop in pops
     ]
+    variants = [TITLES[pop.variant] for pop in pops]
     return [
-        Column("Boundary", places, places, "The regions on either side; a single one where none was crossed"),
+        Column("Codes", [f"{pop.codes:.1f}" for pop in pops], [pop.codes for pop in pops], _MEANINGS["codes"]),
         Column("Time s", [f"{pop.time:.2f}" for pop in pops], [pop.time for pop in pops], "The first frame to show it"),
-        Column("Codes", [f"{pop.codes:.1f}" for pop in pops], [pop.codes for pop in pops], FIGURES[1][1]),
-        Column(
-            "Step", [f"{pop.step:+.4f}" for pop in pops], [abs(pop.step) for pop in pops], "Change of AO in a frame"
-        ),
+        Column("Boundary", places, places, "The regions on either side; a single one where none was crossed"),
+        Column("Variant", variants, variants, "Where it was found"),
         Column("Facing", [facing(pop.normal) for pop in pops], [pop.normal for pop in pops], "Normal that jumps most"),
-        Column(
-            "Variant",
-            [TITLES[pop.variant] for pop in pops],
-            [TITLES[pop.variant] for pop in pops],
-            "Where it was found",
-        ),
+        Column("Step", [f"{pop.step:+.4f}" for pop in pops], [abs(pop.step) for pop in pops], "Change of AO"),
     ]
 
 

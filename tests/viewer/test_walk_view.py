@@ -138,11 +138,11 @@ def test_steps_and_range(walked: tuple[Regions, Course, Walk, PathTruth]) -> Non
     values = largest_steps(walk, Variant.RAW)
     assert values.max() == pytest.approx(walk.metrics[Variant.RAW].worst_step, abs=1e-6)
     assert step_curve(walk, values, 0.0, 1.0, 200).pieces
-    low, high = ao_range(walk, frozenset({Variant.RAW, Variant.TRUTH}), CHOSEN)
+    low, high = ao_range(walk, frozenset({Variant.RAW, Variant.TRUTH}), CHOSEN, 0.0, 100.0)
     shown = walk.ao[Variant.RAW][:, CHOSEN]
     assert 0.0 <= low <= shown.min()
     assert shown.max() <= high <= 1.0
-    assert ao_range(walk, frozenset(), CHOSEN) == (0.0, 1.0)
+    assert ao_range(walk, frozenset(), CHOSEN, 0.0, 100.0) == (0.0, 1.0)
 
 
 def test_frame_at_a_time(walked: tuple[Regions, Course, Walk, PathTruth]) -> None:
@@ -169,8 +169,8 @@ def test_pops_have_a_mark_and_a_row_each(walked: tuple[Regions, Course, Walk, Pa
     assert len(positions) == 6 * len(walk.pops) == len(colors)
     columns = pop_columns(walk.pops, regions)
     assert {len(column.texts) for column in columns} == {len(walk.pops)}
-    assert columns[2].keys == sorted(columns[2].keys, reverse=True)
-    assert "→" in columns[0].texts[0]
+    assert columns[0].keys == sorted(columns[0].keys, reverse=True)
+    assert "→" in columns[2].texts[0]
     none = pop_marks(walk, ())
     assert not len(none[0])
 
