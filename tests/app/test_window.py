@@ -439,22 +439,14 @@ def test_every_control_has_a_tooltip(window: Window) -> None:
     """No control is left without an explanation."""
     from PyQt6.QtWidgets import QAbstractButton, QAbstractSlider, QAbstractSpinBox, QComboBox, QScrollBar
 
-    panels = window.panels
     silent = [
-        f"{type(widget).__name__} {widget.text() if isinstance(widget, QAbstractButton) else widget.objectName()}"
-        for panel in (
-            panels.bake,
-            panels.display,
-            panels.overlays,
-            panels.decorators,
-            panels.instances,
-            panels.probe,
-            window.progress,
-        )
+        f"{title}: {type(widget).__name__} {widget.text() if isinstance(widget, QAbstractButton) else ''}"
+        for title, holder in {**window.docks, "progress": window.progress, "banner": window.banner}.items()
         for kind in (QAbstractButton, QAbstractSlider, QAbstractSpinBox, QComboBox)
-        for widget in panel.findChildren(kind)
+        for widget in holder.findChildren(kind)
         if not isinstance(widget, QScrollBar)
         and type(widget) is not QAbstractButton  # the corner of a table
+        and not widget.objectName().startswith(("qt_dockwidget", "qt_toolbar", "ScrollLeft", "ScrollRight"))
         and not (widget.toolTip() or widget.parent().toolTip())
     ]
     assert silent == []
