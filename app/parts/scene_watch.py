@@ -60,18 +60,19 @@ class SceneWatchPart(Part):
         self._read()
 
     def _watch(self) -> None:
-        watched = [*self._watcher.files(), *self._watcher.directories()]
-        if watched:
-            self._watcher.removePaths(watched)
+        watched = {*self._watcher.files(), *self._watcher.directories()}
         scene = self.bench.document.scene_path
+        wanted: set[str] = set()
         if scene is not None:
             from bake.scene.side_file import side_file_names
 
             names = {scene.name, *side_file_names(scene), *self.bench.document.files}
-            paths = [scene.parent / name for name in sorted(names)]
-            there = [str(path) for path in (scene.parent, *paths) if path.exists()]
-            if there:
-                self._watcher.addPaths(there)
+            paths = (scene.parent, *(scene.parent / name for name in names))
+            wanted = {str(path) for path in paths if path.exists()}
+        # What is watched already stays so: taking it out and in again would lose the changes that are on their way.
+        for paths, act in ((watched - wanted, self._watcher.removePaths), (wanted - watched, self._watcher.addPaths)):
+            if paths:
+                act(sorted(paths))
 
     def _on_file(self, _path: str) -> None:
         self._foreign = True
