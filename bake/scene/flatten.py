@@ -19,11 +19,12 @@ from bake.types import Float64Array, Int64Array, Role, Scene, SceneObject, World
 INDEX_LIMIT = 2**31 - 1
 
 
-def flatten(scene: Scene, settings: BakeSettings) -> World:
+def flatten(scene: Scene, settings: BakeSettings, *, origin: Float64Array | None = None) -> World:
     """Expands a scene into one vertex and one face array in world space.
 
-    - The origin is the centre of the bounding box of all objects that are not ignored; the subtraction is done in
-      float64, so that a level far from zero loses nothing.
+    - The origin lies near the centre of the bounding box of all objects that are not ignored, on a coarse grid: a small
+      edit hardly ever moves it, and an object's positions then depend on that object alone, to the bit. The subtraction
+      is done in float64, so that a level far from zero loses nothing.
     - A mirroring transform flips the winding; normals go by the inverse transpose.
     - A vertex normal is turned round where it opposes every face around it (`opposing_normals`).
     - A face with an exact twin of opposite winding counts as two-sided (`SharedMesh.face_two_sided`).
@@ -35,20 +36,22 @@ def flatten(scene: Scene, settings: BakeSettings) -> World:
     Args:
         scene: As loaded.
         settings: `ground` and `alpha_lookup` matter.
+        origin: Shape (3,), float64, metres: an origin to keep, such as that of the world before an edit; it is passed
+            over if it lies further from the centre than a quarter of the box's diagonal, where precision would suffer.
 
     Raises:
         SceneError: the scene is empty, or has more vertices or faces than 32-bit indices can name.
     """
     with np.errstate(all="ignore"):
-        return _flatten(scene, settings)
+        return _flatten(scene, settings, origin)
 
 
-def _flatten(scene: Scene, settings: BakeSettings) -> World:
+def _flatten(scene: Scene, settings: BakeSettings, origin: Float64Array | None) -> World:
     objects = scene.objects
     _check_size(scene)
     sharer = MeshSharer(scene.materials)
     shared = {index: sharer.share(scene.meshes[index]) for index in sorted({item.mesh for item in objects})}
-    placed = _place(objects, shared)
+    placed = _place(objects, shared, origin)
     hasher = ContentHasher(scene)
     face_object = np.repeat(np.arange(len(objects), dtype=np.int32), np.diff(placed.first_face))
     casts = np.array([item.role.casts_opaque for item in objects], np.bool_)[face_object]
@@ -134,40 +137,53 @@ class _Placed:
         return slice(int(self.first_face[number]), int(self.first_face[number + 1]))
 
 
-def _place(objects: Sequence[SceneObject], shared: dict[int, SharedMesh]) -> _Placed:
-    """World positions about the centre of the scene.
-
-    Boxes are those of the vertices that faces use. A first origin among the objects keeps every sum small; the exact
-    box then moves it to the centre.
-    """
+def _place(objects: Sequence[SceneObject], shared: dict[int, SharedMesh], kept: Float64Array | None) -> _Placed:
+    """World positions about the origin: `kept`, if it is a good one. Boxes are those of the vertices that faces use."""
     first_vertex = _offsets([len(shared[item.mesh].mesh.positions) for item in objects])
     first_face = _offsets([len(shared[item.mesh].mesh.faces) for item in objects])
-    near = np.mean([item.transform[:3, 3] for item in objects], axis=0)
     positions = np.empty((first_vertex[-1], 3))
     low, high = np.empty((len(objects), 3)), np.empty((len(objects), 3))
     for number, item in enumerate(objects):
-        mesh, shift = shared[item.mesh], item.transform[:3, 3] - near
+        mesh = shared[item.mesh]
         own = positions[first_vertex[number] : first_vertex[number + 1]]
         np.matmul(mesh.mesh.positions, item.transform[:3, :3].T, out=own)
-        own += shift
         used = own
         if len(mesh.used_positions) != len(mesh.mesh.positions):
-            used = mesh.used_positions @ item.transform[:3, :3].T + shift
+            used = mesh.used_positions @ item.transform[:3, :3].T
         low[number], high[number] = used.min(axis=0), used.max(axis=0)
+    moved = np.array([item.transform[:3, 3] for item in objects])
     counts = np.array([item.role is not Role.IGNORE for item in objects])
     counts |= not counts.any()
-    minimum, maximum = low[counts].min(axis=0), high[counts].max(axis=0)
-    centre = 0.5 * (minimum + maximum)
-    positions -= centre
+    minimum, maximum = (low + moved)[counts].min(axis=0), (high + moved)[counts].max(axis=0)
+    origin = _origin(minimum, maximum, kept)
+    for number, shift in enumerate(moved - origin):
+        positions[first_vertex[number] : first_vertex[number + 1]] += shift
     return _Placed(
-        origin=near + centre,
+        origin=origin,
         positions=positions,
         first_vertex=first_vertex,
         first_face=first_face,
-        minimum=minimum - centre,
-        maximum=maximum - centre,
+        minimum=minimum - origin,
+        maximum=maximum - origin,
         diagonals=np.linalg.norm(high - low, axis=1),
     )
+
+
+def _origin(minimum: Float64Array, maximum: Float64Array, kept: Float64Array | None) -> Float64Array:
+    """`kept` if it lies within a quarter of the box's diagonal of its centre, else the grid's point near the centre.
+
+    The grid's spacing is the power of two below a quarter of the diagonal. A centre moves on to the next point at 9/16
+    of the way and not in the middle, where the centres of levels built on whole metres would often lie. The point is
+    never further off than 9/16 √3 / 4 of the diagonal, which is less than a quarter.
+    """
+    centre = minimum + 0.5 * (maximum - minimum)
+    diagonal = float(np.linalg.norm(maximum - minimum))
+    if kept is not None and float(np.linalg.norm(kept - centre)) <= 0.25 * diagonal:
+        return np.array(kept, np.float64)
+    if not 0.0 < diagonal < np.inf:
+        return centre
+    spacing = 2.0 ** np.floor(np.log2(0.25 * diagonal))
+    return np.asarray(np.floor(centre / spacing + 7.0 / 16.0) * spacing)
 
 
 def _offsets(counts: Sequence[int]) -> Int64Array:
