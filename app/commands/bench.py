@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 USAGE = (
     "accuracy|speed|scenes|lods|trees|fog|regions|causes|explain [SCENE | FOLDER …] [--scale X] [--scales X,…] "
-    "[--placements N] [--plots FOLDER] [--json] [settings]"
+    "[--placements N] [--injection-seed N] [--plots FOLDER] [--json] [settings]"
 )
 
 
@@ -43,6 +43,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--placements", type=int, default=20, metavar="N", help="placements of each cause in each scene (causes only)"
+    )
+    parser.add_argument(
+        "--injection-seed", type=int, metavar="N", help="decides places and measures of injections (causes only)"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object a table, a line each")
     add_settings_options(parser)
@@ -140,10 +143,12 @@ def _regions(arguments: argparse.Namespace) -> list[Measurements]:
 
 
 def _causes(arguments: argparse.Namespace) -> Iterable[Measurements]:
-    from bake.bench.causes import measure_causes
+    from bake.bench.causes import SEED, measure_causes
 
     scenes, scales = _scaled_scenes(arguments)
-    return measure_causes(scenes, explicit_options(arguments), scales=scales, placements=arguments.placements)
+    seed = SEED if arguments.injection_seed is None else arguments.injection_seed
+    options = explicit_options(arguments)
+    return measure_causes(scenes, options, scales=scales, placements=arguments.placements, seed=seed)
 
 
 def _explain(arguments: argparse.Namespace) -> Iterable[Measurements]:

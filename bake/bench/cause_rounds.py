@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bake.arrays import Float64Array, Int64Array
+from bake.bench.bystanders import only_near
 from bake.bench.injection import Injection, Placed, cured, inject
 from bake.bench.placements import free_places
 from bake.devices import resolve
@@ -26,6 +27,7 @@ from bake.types import BakeResult, Scene, World
 
 TRUTH_RAYS = 1024
 PLINTH = 0.35  # how far the top of the plinth is above the ground
+NEARBY = 2.5  # metres of the injection around it within which the level is baked
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,11 +115,14 @@ def make_round(site: Site, injections: Sequence[Injection], places: Float64Array
 def put(
     site: Site, injections: Sequence[Injection], places: Float64Array, random: np.random.Generator
 ) -> tuple[Scene, list[Placed]]:
-    """The site's scene with one injection on a plinth at each place; arguments as for `make_round`."""
+    """The site's scene with one injection on a plinth at each place; arguments as for `make_round`.
+
+    What lies far from all of them is a blocker.
+    """
     turns: list[float] = random.uniform(0.0, 2.0 * np.pi, len(injections)).tolist()
     tops = places.copy()
     tops[:, up_axis(site.scene)] += PLINTH * site.scale
-    return inject(site.scene, injections, tops, turns, site.scale)
+    return inject(only_near(site.scene, tops, NEARBY * site.scale), injections, tops, turns, site.scale)
 
 
 def bake_round(

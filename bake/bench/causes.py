@@ -19,6 +19,7 @@ import numpy as np
 from bake.arrays import Float64Array
 from bake.bench.cause_rounds import Round, Site, find_places, make_round, scaled
 from bake.bench.injected_defects import make_injection
+from bake.bench.remedy_previews import Mended, mend_round, preview_table
 from bake.bench.special_rounds import shell_round, turned_round, unit_round
 from bake.bench.table import Measurements
 from bake.explain.cause_names import CauseKind
@@ -70,7 +71,7 @@ def measure_causes(
     placements: int = PLACEMENTS,
     seed: int = SEED,
 ) -> Iterator[Measurements]:
-    """The confusion matrix over all scenes, one for each scene, and a table by kind of injection.
+    """One confusion matrix for each scene, as soon as it is done; then by kind of injection, previews, and all scenes.
 
     Args:
         paths: Scene files.
@@ -80,13 +81,16 @@ def measure_causes(
         seed: Decides all measures and places.
     """
     outcomes: list[Outcome] = []
+    mended: list[Mended] = []
     for number, path in enumerate(paths):
         settings = settings_for(path, {"rays": 32, "samples-per-face": "2:8", "regions": "none", **options})
         scale = scales[number] if number < len(scales) else 1.0
-        outcomes += judge_scene(path, settings, scale, placements, seed + number)
-    for site in dict.fromkeys(item.site for item in outcomes):
-        yield confusion([item for item in outcomes if item.site == site], f"causes in {site}")
+        judged = judge_scene(path, settings, scale, placements, seed + number)
+        mended += mend_scene(path, settings, scale, seed + number)
+        outcomes += judged
+        yield confusion(judged, f"causes in {path.stem}")
     yield _by_variant(outcomes)
+    yield preview_table(mended)
     yield confusion(outcomes, "causes", gated=True)
 
 
@@ -110,6 +114,16 @@ def judge_scene(path: Path, settings: BakeSettings, scale: float, placements: in
         spread = places[random.permutation(len(places))[: len(chosen)]]
         outcomes += _taken(judge_round(make_round(site, injections, spread, random), site.name), wanted)
     return outcomes
+
+
+def mend_scene(path: Path, settings: BakeSettings, scale: float, seed: int) -> list[Mended]:
+    """Previews of what is offered against one injection of each cause, and the rebakes."""
+    random = np.random.default_rng([seed, 1])
+    site, places = site_of(path, settings, scale, random)
+    curable = [kind for kind in CauseKind if kind.is_defect]
+    spread = places[random.permutation(len(places))[: len(curable)]]
+    injections = [make_injection(kind, random) for kind in curable[: len(spread)]]
+    return list(mend_round(make_round(site, injections, spread, random), site.name)) if injections else []
 
 
 def site_of(path: Path, settings: BakeSettings, scale: float, random: np.random.Generator) -> tuple[Site, Float64Array]:

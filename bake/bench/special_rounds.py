@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 
 from bake.arrays import Float64Array
-from bake.bench.cause_rounds import Round, Site, bake_round, make_round, put, scaled
+from bake.bench.bystanders import only_near
+from bake.bench.cause_rounds import NEARBY, Round, Site, bake_round, make_round, put, scaled
 from bake.bench.defects_of_placement import stand, wide_shell
 from bake.bench.injection import Injection, Placed
 from bake.devices import resolve
@@ -79,7 +80,8 @@ def turned_round(site: Site, random: np.random.Generator, most: int) -> Round | 
                 break
     if not chosen:
         return None
-    scene, placed = site.scene, list[Placed]()
+    spots = np.array([point for _, point, _ in chosen]) + world.origin
+    scene, placed = only_near(site.scene, spots, NEARBY * site.scale), list[Placed]()
     for number, point, normal in chosen:
         scene = _turned(scene, number)
         folder, _, name = scene.objects[number].path.rpartition("/")
