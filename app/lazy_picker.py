@@ -19,6 +19,11 @@ class LazyPicker(QObject):
         self._timer.setInterval(0)
         self._timer.timeout.connect(self._build_some)
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether faces are still to be made hittable."""
+        return self._timer.isActive()
+
     def set_world(self, world: World | None, visible: BoolArray | None = None) -> None:
         """Starts over with the faces that are visible, shape (m,), bool, or None for all of them."""
         self._timer.stop()

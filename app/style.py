@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 from PyQt6.QtGui import QColor, QPalette
 from PyQt6.QtWidgets import QApplication
 
@@ -19,6 +21,7 @@ _LIGHT = {
     "LinkVisited": "#6a4f9c", "PlaceholderText": "#7b8087", "Light": "#ffffff", "Midlight": "#dfe1e4",
     "Mid": "#b4b8bd", "Dark": "#9a9ea4", "Shadow": "#6d7177", "Accent": "#2f7fbf",
 }  # fmt: skip
+_App = TypeVar("_App", bound=QApplication)
 _DISABLED = ("WindowText", "Text", "ButtonText", "HighlightedText")
 
 
@@ -72,7 +75,11 @@ def application() -> QApplication:
     existing = QApplication.instance()
     if isinstance(existing, QApplication):
         return existing
-    app = QApplication(["obscura"])
+    return styled(QApplication(["obscura"]))
+
+
+def styled(app: _App) -> _App:
+    """Gives an application the program's name and style."""
     app.setApplicationName("obscura")
     app.setApplicationDisplayName("Obscura")
     app.setOrganizationName("obscura")

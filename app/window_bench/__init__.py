@@ -1,0 +1,1 @@
+"""How quickly the window answers: drives the real one and prints medians, the time that pictures take told apart."""
