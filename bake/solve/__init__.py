@@ -1,5 +1,6 @@
 """Mapping surface samples to per-vertex values."""
 
 from bake.solve.mapper import VertexMapper, map_to_vertices
+from bake.solve.update import FieldKeeper, FieldUpdate
 
-__all__ = ["VertexMapper", "map_to_vertices"]
+__all__ = ["FieldKeeper", "FieldUpdate", "VertexMapper", "map_to_vertices"]

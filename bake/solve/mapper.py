@@ -109,6 +109,7 @@ class VertexMapper:
         *,
         alpha: float | None = None,
         mapping: MappingKind | None = None,
+        start: Float32Array | None = None,
         on_progress: Callable[[str, float], None] | None = None,
     ) -> VertexField:
         """Values at the vertices.
@@ -118,6 +119,8 @@ class VertexMapper:
             valid: Shape (n,), bool: samples to use.
             alpha: Smoothing; the settings' if None. Objects with their own keep it.
             mapping: Least squares or weighted average; the settings' if None.
+            start: Shape (vertices, k), float32: a guess, such as the values before a small change; NaN where there is
+                none. The weighted average if None.
             on_progress: Told the step and the share done, in [0, 1].
 
         Raises:
@@ -131,11 +134,21 @@ class VertexMapper:
         if (mapping or self._settings.mapping) is MappingKind.AVERAGE:
             outcome = _Outcome(equations.average, np.zeros(equations.average.shape, np.bool_))
         else:
-            outcome = self._least_squares(equations, self._settings.alpha if alpha is None else alpha, tell)
+            guess = equations.average if start is None else self._at_unknowns(start, equations.average)
+            outcome = self._least_squares(equations, self._settings.alpha if alpha is None else alpha, guess, tell)
         tell("done", 1.0)
         return self._field(outcome, equations.starved, moments)
 
-    def _least_squares(self, equations: Equations, alpha: float, tell: Callable[[str, float], None]) -> _Outcome:
+    def _at_unknowns(self, start: Float32Array, average: Float64Array) -> Float64Array:
+        """A guess at the vertices as one at the unknowns; the average where it says nothing, shape (u, k)."""
+        guess = average.copy()
+        told = np.flatnonzero((self.surface.unknown >= 0) & np.isfinite(start).all(axis=1))
+        guess[self.surface.unknown[told]] = start[told]
+        return guess
+
+    def _least_squares(
+        self, equations: Equations, alpha: float, guess: Float64Array, tell: Callable[[str, float], None]
+    ) -> _Outcome:
         first = self.surface.first
         values = equations.average.copy()
         held = np.zeros(values.shape, np.bool_)
@@ -147,9 +160,7 @@ class VertexMapper:
         columns = values.shape[1]
 
         def column(k: int) -> BoxSolution:
-            return solver.solve(
-                system.rhs[:, k], system.average[:, k], tolerance=TOLERANCE, most_iterations=MOST_ITERATIONS
-            )
+            return solver.solve(system.rhs[:, k], guess[:, k], tolerance=TOLERANCE, most_iterations=MOST_ITERATIONS)
 
         iterations, residual = 0, 0.0
         failed = np.zeros(len(first) - 1, np.bool_)
