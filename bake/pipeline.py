@@ -102,20 +102,19 @@ def bake(
     clock.ran("flatten", f"{world.face_count:,} faces, {world.vertex_count:,} vertices", seconds)
 
     samples, seconds = yield from patiently("samples", lambda: place_samples(world, settings))
-    if len(samples) == 0 and not _any_decorators(world, settings):
+    if len(samples) == 0 and not any_decorators(world, settings):
         raise SceneError(
             "nothing receives ambient obscurance", where=str(scene.path), remedy="check the objects' roles"
         )
     clock.ran("sample surface", f"{len(samples):,} samples", seconds)
 
-    fog = yield from _fog(world, settings, clock)
-    tracer, seconds = yield from _tracer(world, settings, device, fog)
-    clock.ran("build BVH", _occluders(world, tracer), seconds)
+    fog = yield from fog_stage(world, settings, clock)
+    tracer, seconds = yield from open_tracer(world, settings, device, fog)
+    clock.ran("build BVH", occluders(world, tracer), seconds)
     with tracer:
         space = yield from find_regions(scene, world, settings, tracer, clock)  # refused, if need be, before the rest
         tally = yield from trace(tracer, samples, settings, clock)
-        lent = StagesLent(flatten, place_samples, partial(create_tracer, device=device), map_to_vertices)
-        trees = yield from bake_trees(scene, world, settings, tracer, lent, clock)
+        trees = yield from bake_trees(scene, world, settings, tracer, lent_stages(device), clock)
         dynamic = yield from bake_regions(space, settings, tracer, clock)
 
     valid = tally.valid(settings.back_face_threshold)
@@ -130,7 +129,7 @@ def bake(
         solved,
         settings,
         clock,
-        caster=lambda baked: _tracer(baked, settings, device),
+        caster=lambda baked: open_tracer(baked, settings, device),
         sampler=place_samples,
         mapper=map_to_vertices,
         samplable=samplable_faces,
@@ -154,7 +153,7 @@ def bake(
         stages=tuple(clock.rows),
         findings=(
             *scene.findings,
-            *_bake_findings(world, samples, valid, solved),
+            *bake_findings(world, samples, valid, solved),
             *(trees.findings if trees else ()),
             *around.findings,
             *(dynamic.findings if dynamic else ()),
@@ -185,7 +184,12 @@ def trace(
     return tally
 
 
-def _any_decorators(world: World, settings: BakeSettings) -> bool:
+def lent_stages(device: Device) -> StagesLent:
+    """What baking a tree alone needs of the other stages."""
+    return StagesLent(flatten, place_samples, partial(create_tracer, device=device), map_to_vertices)
+
+
+def any_decorators(world: World, settings: BakeSettings) -> bool:
     """Whether a scene without a surface sample has trees, shrubs or small decorators to bake."""
     baked_by = {Role.TREE: "trees", Role.SHRUB: "decorators", Role.SMALL: "decorators"}
     has_faces = np.diff(world.first_face) > 0
@@ -195,7 +199,7 @@ def _any_decorators(world: World, settings: BakeSettings) -> bool:
     )
 
 
-def _fog(world: World, settings: BakeSettings, clock: StageClock) -> Generator[Progress, None, FogBoxes | None]:
+def fog_stage(world: World, settings: BakeSettings, clock: StageClock) -> Generator[Progress, None, FogBoxes | None]:
     """Shrubs as boxes of fog, or the reason why there are none."""
     shrubs = world.object_roles.count(Role.SHRUB)
     if shrubs == 0 or "fog" in settings.skip:
@@ -210,9 +214,10 @@ def _fog(world: World, settings: BakeSettings, clock: StageClock) -> Generator[P
     return fog
 
 
-def _tracer(
+def open_tracer(
     world: World, settings: BakeSettings, device: Device, fog: FogBoxes | None = None
 ) -> Generator[Progress, None, tuple[Tracer, float]]:
+    """A tracer over a world, and the seconds that it took."""
     if not device.is_cuda:
         return (yield from patiently("build BVH", lambda: create_tracer(world, settings, device, fog=fog)))
     # CUDA builds fast, and Warp's objects are best made and used on one thread.
@@ -221,7 +226,7 @@ def _tracer(
     return create_tracer(world, settings, device, fog=fog), time.perf_counter() - begin
 
 
-def _occluders(world: World, tracer: Tracer) -> str:
+def occluders(world: World, tracer: Tracer) -> str:
     """What rays can meet, for the report: only what there is."""
     counts = {
         "triangles": int(world.face_casts.sum()),
@@ -272,7 +277,7 @@ def _is_current(folder: Path, scene: Scene, settings: BakeSettings, device: Devi
     )
 
 
-def _bake_findings(world: World, samples: SampleSet, valid: np.ndarray, solved: VertexField) -> list[Finding]:
+def bake_findings(world: World, samples: SampleSet, valid: np.ndarray, solved: VertexField) -> list[Finding]:
     """Per object: samples that the back-face rule threw away, and vertices that had to be filled."""
     findings: list[Finding] = []
     invalid = np.bincount(world.face_object[samples.face[~valid]], minlength=world.object_count)
@@ -294,4 +299,18 @@ def _bake_findings(world: World, samples: SampleSet, valid: np.ndarray, solved: 
     return findings
 
 
-__all__ = ["BakeOutcome", "BakeRequest", "bake", "run_bake", "settings_for", "trace", "versions"]
+__all__ = [
+    "BakeOutcome",
+    "BakeRequest",
+    "any_decorators",
+    "bake",
+    "bake_findings",
+    "fog_stage",
+    "lent_stages",
+    "occluders",
+    "open_tracer",
+    "run_bake",
+    "settings_for",
+    "trace",
+    "versions",
+]

@@ -33,6 +33,7 @@ from bake.scene_types import (
     Material,
     Mesh,
     ObjectKeys,
+    Placing,
     PrimitiveRange,
     RegionBox,
     Role,
@@ -53,6 +54,7 @@ __all__ = [
     "Material",
     "Mesh",
     "ObjectKeys",
+    "Placing",
     "PrimitiveRange",
     "Progress",
     "RegionBox",
@@ -61,6 +63,7 @@ __all__ = [
     "SampleSet",
     "Scene",
     "SceneObject",
+    "Skipped",
     "SolveReport",
     "StageReport",
     "Tally",
@@ -280,6 +283,23 @@ class Progress:
 
 
 @dataclass(frozen=True, slots=True)
+class Skipped:
+    """What rebakes left out because it could not count: bounds in AO, added up since each was traced.
+
+    Attributes:
+        samples: Shape (n,), float32, one a surface sample.
+        voxels: Shape (v,), float32, one a voxel of the tree volume.
+        trees: Shape (t,), float32, one a tree, of the rays that tell its model's error.
+        points: Shape (p,), float32, one a traced point of the regions.
+    """
+
+    samples: Float32Array
+    voxels: Float32Array
+    trees: Float32Array
+    points: Float32Array
+
+
+@dataclass(frozen=True, slots=True)
 class BakeResult:
     """All that a bake produced, as it is stored.
 
@@ -295,6 +315,8 @@ class BakeResult:
         versions: Library versions by name.
         decorators: What became of trees, shrubs and small decorators; None if the scene has none.
         regions: Where objects move, and the models that light them there; None if none were asked for.
+        skipped: What rebakes left out; None if nothing ever was.
+        stale: Paths of objects whose values are older than the rest: a rebake was told to leave them.
     """
 
     scene_path: Path
@@ -312,3 +334,5 @@ class BakeResult:
     versions: Mapping[str, str]
     decorators: Decorators | None = None
     regions: Regions | None = None
+    skipped: Skipped | None = None
+    stale: tuple[str, ...] = ()

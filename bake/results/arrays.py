@@ -30,8 +30,8 @@ class ArraySpec:
     """One array of a `BakeResult`: where it belongs and what it must look like.
 
     Attributes:
-        owner: Field of `BakeResult` (world, samples, tally or field), or a part of its decorators or its regions (see
-            `parts` and `region_parts`).
+        owner: Field of `BakeResult` (world, samples, tally, field or skipped), or a part of its decorators or its
+            regions (see `parts` and `region_parts`).
         attribute: Field of the owner.
         dtype: Little-endian type as stored.
         row: Shape after the first axis; -1: any length.
@@ -131,6 +131,10 @@ SPECS: tuple[ArraySpec, ...] = (
     ArraySpec("regions", "mismatch_after", "<f4", (-1,)),
     ArraySpec("regions", "absorbed_error", "<f4", (-1,)),
     ArraySpec("regions", "owner", "<i4"),
+    ArraySpec("skipped", "samples", "<f4"),
+    ArraySpec("skipped", "voxels", "<f4"),
+    ArraySpec("skipped", "trees", "<f4"),
+    ArraySpec("skipped", "points", "<f4"),
 )
 
 

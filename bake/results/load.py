@@ -14,7 +14,7 @@ from bake.results.arrays import SPECS, ArraySpec, read_array
 from bake.results.manifest import MANIFEST_FILE, Manifest, read_manifest
 from bake.results.parts import DECORATOR_PARTS, check_decorators, decorators_of, within
 from bake.results.region_parts import REGION_PARTS, check_regions, regions_of
-from bake.types import BakeResult, Decorators, Float32Array, Regions, SampleSet, Tally, VertexField, World
+from bake.types import BakeResult, Decorators, Float32Array, Regions, SampleSet, Skipped, Tally, VertexField, World
 
 _ATTEMPTS = 20
 
@@ -59,6 +59,8 @@ def _read_arrays(folder: Path, manifest: Manifest, *, verify: bool) -> dict[str,
     absent = set(DECORATOR_PARTS) - set(parts)
     if manifest.regions is None:
         absent |= set(REGION_PARTS)
+    if not manifest.skipped:
+        absent.add("skipped")
     needed = [spec for spec in SPECS if not spec.optional and spec.owner not in absent]
     lacking = [spec.name for spec in needed if spec.name not in manifest.arrays]
     if lacking:
@@ -97,6 +99,8 @@ def _assemble(folder: Path, manifest: Manifest, arrays: dict[str, NDArray[Any]])
         versions=manifest.versions,
         decorators=_decorators(folder, manifest, arrays),
         regions=_regions(folder, manifest, arrays),
+        skipped=Skipped(**_of("skipped", arrays)) if manifest.skipped else None,
+        stale=manifest.stale,
     )
     _check_agreement(folder, result)
     check_decorators(folder, result)
@@ -148,6 +152,8 @@ def _check_agreement(folder: Path, result: BakeResult) -> None:
         and all(len(array) == faces for array in per_face)
         and field.ao.shape == (vertices, columns)
         and len(field.state) == vertices
+        and (result.skipped is None or len(result.skipped.samples) == len(samples))
+        and set(result.stale) <= set(world.object_paths)
         and tally.ao.shape == (len(samples), columns)
         and all(len(array) == len(samples) for array in (samples.barycentric, samples.area, samples.index))
         and all(len(array) == len(samples) for array in (tally.rays, tally.hits, tally.back_faces))

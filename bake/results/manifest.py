@@ -2,7 +2,7 @@
 
     {"format": "obscura-result", "schema": 3, "scene": {"path", "files"}, "settings", "seed", "device", "tracer",
      "versions", "rays", "rays_skipped", "stages", "findings", "solve", "objects", "texture_shapes",
-     "decorators", "regions", "arrays", "checksum"}
+     "decorators", "regions", "skipped", "stale", "arrays", "checksum"}
 
 `checksum` is the SHA-256 of all the rest, so that a damaged manifest is recognised too.
 """
@@ -29,9 +29,11 @@ from bake.types import BakeResult, Finding, ObjectKeys, Role, SolveReport, Stage
 
 MANIFEST_FILE = "manifest.json"
 FORMAT = "obscura-result"
-SCHEMA = 3
-READABLE = (1, 2, SCHEMA)
-"""Schema 1 had no decorators, schema 2 no regions; they are read as results without any."""
+SCHEMA = 4
+READABLE = (1, 2, 3, SCHEMA)
+"""Schema 1 had no decorators, schema 2 no regions, schema 3 no rebakes; they are read as results without any."""
+COMPLETE = (3, SCHEMA)
+"""Schemas whose results have all that this version bakes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +58,8 @@ class Manifest:
     arrays: Mapping[str, StoredArray]
     decorators: Mapping[str, Any] | None
     regions: Mapping[str, Any] | None
+    skipped: bool
+    stale: tuple[str, ...]
     schema: int
 
 
@@ -85,6 +89,8 @@ def manifest_text(result: BakeResult, arrays: Mapping[str, StoredArray]) -> str:
         "texture_shapes": [list(texture.shape) for texture in world.textures],
         "decorators": decorators_json(result),
         "regions": regions_json(result.regions),
+        "skipped": result.skipped is not None,
+        "stale": list(result.stale),
         "arrays": {name: dataclasses.asdict(stored) for name, stored in arrays.items()},
     }
     content = _finite(content)
@@ -150,6 +156,8 @@ def _parse(content: dict[str, Any], path: Path) -> Manifest:
         arrays={name: _stored(item) for name, item in content["arrays"].items()},
         decorators=None if content["schema"] == 1 else checked_parts(content["decorators"]),
         regions=None if content["schema"] < 3 else checked_regions(content["regions"]),
+        skipped=content["schema"] >= 4 and bool(content["skipped"]),
+        stale=() if content["schema"] < 4 else tuple(str(path) for path in content["stale"]),
         schema=int(content["schema"]),
     )
 

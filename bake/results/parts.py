@@ -44,6 +44,8 @@ def owners_of(result: BakeResult) -> dict[str, Any]:
         "tally": result.tally,
         "field": result.field,
     }
+    if result.skipped is not None:
+        owners["skipped"] = result.skipped
     decorators = result.decorators
     if decorators is not None:
         parts = {name: getattr(decorators, name) for name in DECORATOR_PARTS if name != "models"}

@@ -9,7 +9,7 @@ from typing import Any
 
 from bake.errors import ResultError
 from bake.results.load import load_result
-from bake.results.manifest import SCHEMA, read_manifest
+from bake.results.manifest import COMPLETE, read_manifest
 from bake.setting_fields import option_name
 from bake.settings import BakeSettings
 
@@ -42,7 +42,9 @@ def is_current(
     try:
         manifest = read_manifest(folder)
         agrees = (
-            manifest.schema == SCHEMA  # an older one may lack what this version bakes
+            manifest.schema in COMPLETE  # an older one may lack what this version bakes
+            and not manifest.stale
+            and not manifest.skipped  # what was rebaked is as good, but not the same bits
             and dict(manifest.files) == dict(files)
             and _compared(manifest.settings, ignored) == _compared(settings, ignored)
             and (manifest.device, manifest.tracer) == (device, tracer)

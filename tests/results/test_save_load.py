@@ -97,7 +97,7 @@ def test_the_manifest_is_the_contract(tmp_path: Path, result: BakeResult) -> Non
     """The manifest says what other tools rely on, in strict JSON."""
     save_result(result, tmp_path)
     manifest = json.loads((tmp_path / "manifest.json").read_text(), parse_constant=lambda text: pytest.fail(text))
-    assert manifest["schema"] == 3
+    assert manifest["schema"] == 4
     assert manifest["scene"] == {"path": "/levels/yard.glb", "files": {"yard.glb": "ab" * 32}}
     assert manifest["settings"]["distances"] == [2.0, 300.0]
     assert (manifest["seed"], manifest["device"], manifest["tracer"]) == (1, "cpu", "embree")
@@ -159,7 +159,7 @@ def test_another_schema_version_is_named(tmp_path: Path, result: BakeResult) -> 
     """A result of a later program is not guessed at."""
     save_result(result, tmp_path)
     path = tmp_path / "manifest.json"
-    path.write_text(path.read_text().replace('"schema": 3', '"schema": 99'))
+    path.write_text(path.read_text().replace('"schema": 4', '"schema": 99'))
     with pytest.raises(ResultError, match="schema version 99"):
         load_result(tmp_path)
 
