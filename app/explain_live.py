@@ -39,6 +39,7 @@ class ExplainLive(QObject):
         super().__init__(parent)
         self._document, self._engine = document, engine
         self._asked: dict[str, int] = {}
+        self._asked_surface = False
         engine.task_finished.connect(self._on_finished)
         engine.failed.connect(self._on_failed)
         engine.cancelled.connect(self._ends)
@@ -48,12 +49,19 @@ class ExplainLive(QObject):
         self._ask(EXPLAIN, SpotRequest(pick.face, pick.barycentric, distance))
 
     def without(self, spot: Spot, owner: int, *, surface: bool = False) -> None:
-        """What if an object did not cast."""
+        """What if an object did not cast; the whole surface takes long and gives way to whatever is asked next."""
+        if self._asked_surface and WITHOUT in self._asked:
+            self._engine.cancel_task(WITHOUT)
+        self._asked_surface = surface
         self._ask(WITHOUT, WithoutRequest(spot, owner, surface))
 
     def preview(self, spot: Spot, remedy: Remedy) -> None:
         """What if a remedy were applied."""
         self._ask(PREVIEW, PreviewRequest(spot, remedy))
+
+    def is_asked(self, purpose: str) -> bool:
+        """Whether an answer is waited for."""
+        return purpose in self._asked
 
     def forget(self) -> None:
         """Wants no answer any more."""

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 PANEL = "Explain"
 _RAYS, _SAMPLES = "explained rays", "explained samples"
 _SAMPLE_PIXELS = 7.0
-_BACK, _WITHOUT = "Show the bake again", "Show the whole surface without it"
 
 
 class ExplainPart(Part):
@@ -43,7 +42,7 @@ class ExplainPart(Part):
         self.live = ExplainLive(bench.document, bench.engine, bench.window)
         self.explained: ExplainedSpot | None = None
         self._asked_for: Pick | None = None
-        self._shows_without = False
+        self._surface_of = -1  # the object without which the surface is shown
 
     def docks(self) -> Sequence[DockSpec]:
         """To the right."""
@@ -67,7 +66,8 @@ class ExplainPart(Part):
         panel.explain_asked.connect(self.explain)
         panel.column_chosen.connect(lambda _column: self._draw())
         panel.drawing_changed.connect(self._draw)
-        panel.occluder_chosen.connect(self._on_occluder)
+        panel.occluder_chosen.connect(lambda _owner: self._draw())
+        panel.without_wanted.connect(self._on_without_wanted)
         panel.surface_asked.connect(self._on_surface_asked)
         panel.causes.preview_asked.connect(self._on_preview_asked)
         panel.causes.apply_asked.connect(self.apply)
@@ -76,7 +76,8 @@ class ExplainPart(Part):
         live.surface_without.connect(self._on_surface_without)
         live.previewed.connect(self._on_previewed)
         live.failed.connect(self._on_failed)
-        live.ended.connect(lambda purpose: purpose == PREVIEW and panel.causes.set_busy(False))
+        live.ended.connect(self._on_ended)
+        bench.area.main.camera_changed.connect(lambda camera: panel.dome.set_up(camera.up))
         self._on_result()
 
     def close(self) -> None:
@@ -120,7 +121,7 @@ class ExplainPart(Part):
     def _on_result(self) -> None:
         result, display = self.bench.document.result, self.bench.document.display
         self.live.forget()
-        self.explained, self._asked_for, self._shows_without = None, None, False
+        self.explained, self._asked_for, self._surface_of = None, None, -1
         if result is not None:
             labels = [distance_label(metres) for metres in result.settings.column_distances]
             self.panel.set_distances(labels, display.column)
@@ -143,48 +144,51 @@ class ExplainPart(Part):
         if result is None:
             return
         self.explained = explained
-        self.panel.set_explanation(explained.explanation, result.world.object_paths[explained.explanation.spot.object])
+        self.panel.dome.set_up(self.bench.area.main.camera.up)
+        self.panel.set_explanation(explained.explanation, result.world.object_paths)
         self.panel.causes.set_causes(explained.causes)
         self._draw()
 
-    def _on_occluder(self, owner: int) -> None:
-        self._draw()
-        if self.explained is not None and owner >= 0:
+    def _on_without_wanted(self, owner: int) -> None:
+        if self.explained is not None:
             self.live.without(self.explained.explanation.spot, owner)
 
     def _on_spot_without(self, without: SpotWithout) -> None:
-        result = self.bench.document.result
-        if result is not None and without.object == self.panel.occluder():
-            name = result.world.object_paths[without.object].rpartition("/")[2]
-            self.panel.set_without(without, name)
+        self.panel.set_without(without)
+        if self._surface_of >= 0 and without.object == self.panel.looked_at() != self._surface_of:
+            self._ask_for_surface(without.object)
 
     def _on_surface_asked(self, owner: int) -> None:
         document = self.bench.document
-        if self._shows_without and document.result is not None:
-            self._shows_without = False
+        if self._surface_of >= 0 and document.result is not None:
+            self._surface_of = -1
             document.set_field(document.result.field)
-        elif self.explained is not None and owner >= 0:
-            self.panel.surface.setEnabled(False)
+        else:
+            self._ask_for_surface(owner)
+
+    def _ask_for_surface(self, owner: int) -> None:
+        if self.explained is not None and owner >= 0:
+            self.panel.set_surface(shown=self._surface_of >= 0, busy=True)
             self.live.without(self.explained.explanation.spot, owner, surface=True)
 
     def _on_surface_without(self, without: SurfaceWithout) -> None:
         document = self.bench.document
-        self.panel.surface.setEnabled(True)
         if document.result is None:
             return
         name = document.result.world.object_paths[without.object].rpartition("/")[2]
         field = VertexField(without.ao, without.state, document.result.field.report)
         document.set_field(field, f"as if {name} did not cast, not stored")
-        self._shows_without = True
-        self._name_button()
+        self._surface_of = without.object
+        self._show_surface()
+        self.panel.forget_estimate(without.object)
 
     def _on_field(self) -> None:
-        if self._shows_without and not self.bench.document.is_preview:
-            self._shows_without = False
-        self._name_button()
+        if not self.bench.document.is_preview:
+            self._surface_of = -1
+        self._show_surface()
 
-    def _name_button(self) -> None:
-        self.panel.surface.setText(_BACK if self._shows_without else _WITHOUT)
+    def _show_surface(self) -> None:
+        self.panel.set_surface(shown=self._surface_of >= 0, busy=self.live.is_asked(WITHOUT))
 
     def _on_preview_asked(self, remedy: Remedy) -> None:
         if self.explained is not None:
@@ -194,8 +198,13 @@ class ExplainPart(Part):
     def _on_previewed(self, preview: Preview) -> None:
         self.panel.causes.set_preview(preview)
 
+    def _on_ended(self, purpose: str) -> None:
+        if purpose == PREVIEW:
+            self.panel.causes.set_busy(False)
+        elif purpose == WITHOUT:
+            self._show_surface()
+
     def _on_failed(self, purpose: str, text: str) -> None:
-        self.panel.surface.setEnabled(True)
         if purpose in (PREVIEW, WITHOUT):
             self.bench.banner.show_message(logging.WARNING, text)
         else:

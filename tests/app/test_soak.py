@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import gc
+import logging
 import os
 import sys
 import threading
+import time
 import weakref
+from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
@@ -23,16 +26,23 @@ from bake.results import load_result
 
 PATIENCE_MS = 60_000
 
+logger = logging.getLogger(__name__)
+
 pytestmark = pytest.mark.gui
 
 
 def _let_loose(window: Window, qtbot: QtBot, seed: int, count: int) -> None:
     """Lets a monkey do many things, then looks whether the window still works."""
     monkey = Monkey(window, seed)
+    took: defaultdict[str, list[float]] = defaultdict(list)
     for _ in range(count):
+        begin = time.perf_counter()
         monkey.act()
         settle()
+        took[monkey.done[-1]].append(time.perf_counter() - begin)
     monkey.stop()
+    for name, seconds in sorted(took.items(), key=lambda item: -sum(item[1])):
+        logger.info("%s: %d times, %.2f s, longest %.2f s", name, len(seconds), sum(seconds), max(seconds))
     window.controller.cancel()
     qtbot.waitUntil(lambda: window.controller.is_idle and not window.bench.jobs.is_busy, timeout=PATIENCE_MS)
     assert len(monkey.done) == count
