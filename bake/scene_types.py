@@ -122,6 +122,34 @@ class ObjectKeys:
 
 
 @dataclass(frozen=True, slots=True)
+class Placing:
+    """Where a side file puts an object; see `bake.scene.placing.placed`.
+
+    Attributes:
+        translate: Added to its place, in metres.
+        rotate: Turns about the world's x, then y, then z axis, in degrees.
+        scale: Factors along its own axes.
+        pivot: Its own origin, about which it is turned and scaled: world metres, before it is moved.
+    """
+
+    translate: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rotate: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    pivot: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def is_as_stored(self) -> bool:
+        """Whether it leaves the object where the file has it."""
+        return not any((*self.translate, *self.rotate)) and self.scale == (1.0, 1.0, 1.0)
+
+    @property
+    def origin(self) -> tuple[float, float, float]:
+        """Where the object's own origin is now, world metres."""
+        x, y, z = (a + b for a, b in zip(self.pivot, self.translate, strict=True))
+        return x, y, z
+
+
+@dataclass(frozen=True, slots=True)
 class SceneObject:
     """One placed mesh.
 
@@ -133,6 +161,8 @@ class SceneObject:
         keys: Its own settings.
         node: Index of the source node, -1 if the file has no nodes.
         node_instance: Index within the node's EXT_mesh_gpu_instancing, -1 if it is not instanced so.
+        placing: What the side file adds to its place; part of `transform` already. None: nobody looked.
+        copy_of: Path of the object that the side file made it from; empty if the file has it itself.
     """
 
     path: str
@@ -142,6 +172,8 @@ class SceneObject:
     keys: ObjectKeys = ObjectKeys()
     node: int = -1
     node_instance: int = -1
+    placing: Placing | None = None
+    copy_of: str = ""
 
 
 @dataclass(frozen=True, slots=True)

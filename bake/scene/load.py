@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from bake.errors import SceneError
+from bake.scene.copies import with_copies
 from bake.scene.files import FileLedger
 from bake.scene.gltf import parse_gltf
 from bake.scene.obj import parse_obj
@@ -61,7 +62,8 @@ def _load(parsed: ParsedFile, ledger: FileLedger) -> Scene:
     side_file = read_side_file(ledger)
     if not parsed.placements:
         raise SceneError("the scene has no triangles", where=str(ledger.scene), remedy="export it with its meshes")
-    objects, role_findings = assign_roles(parsed.placements, side_file, str(ledger.scene))
+    placements = with_copies(parsed.placements, side_file.copies, str(ledger.folder / side_file.name))
+    objects, role_findings = assign_roles(placements, side_file, str(ledger.scene), parsed.meshes)
     scene = Scene(
         path=ledger.scene,
         meshes=tuple(parsed.meshes),

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from bake.errors import SceneError
+from bake.scene.placing import PLACING_KEYS, check_placing
 from bake.types import ObjectKeys, Role
 
 CHOICES = {"normals": ("file", "faces"), "winding": ("file", "normals", "flipped")}
@@ -66,8 +67,12 @@ def _check_value(name: str, value: Any, where: str) -> Any:
             if not isinstance(value, str) or not value:
                 raise _wrong(name, value, where, "the path of the finest level")
             return value
+        case "translate" | "rotate" | "scale":
+            return check_placing(name, value, where)
         case _:
-            raise SceneError(f"unknown key {name!r}", where=where, remedy=nearest(name, ["role", *KEY_NAMES]))
+            raise SceneError(
+                f"unknown key {name!r}", where=where, remedy=nearest(name, ["role", *KEY_NAMES, *PLACING_KEYS])
+            )
 
 
 def _number(name: str, value: Any, where: str, *, high: float) -> float:

@@ -21,6 +21,7 @@ class Placement:
         transform: Shape (4, 4), float64, to world.
         node, node_instance: As in `SceneObject`.
         declared: What the file itself says about the object, unchecked: role and keys.
+        copy_of: As in `SceneObject`.
     """
 
     path: str
@@ -30,6 +31,7 @@ class Placement:
     node: int = -1
     node_instance: int = -1
     declared: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    copy_of: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,12 +11,13 @@ from typing import Any
 from bake.errors import SceneError
 from bake.scene.object_keys import check_keys, nearest
 from bake.scene.parsed import Placement
+from bake.scene.placing import PLACING_KEYS, Placer, placed
 from bake.scene.side_file import ObjectRule, SideFile
-from bake.types import Finding, ObjectKeys, Role, SceneObject
+from bake.types import Finding, Mesh, ObjectKeys, Role, SceneObject
 
 
 def assign_roles(
-    placements: Sequence[Placement], side_file: SideFile, file: str
+    placements: Sequence[Placement], side_file: SideFile, file: str, meshes: Sequence[Mesh]
 ) -> tuple[list[SceneObject], list[Finding]]:
     """Objects in scene order, with roles and keys.
 
@@ -27,6 +28,7 @@ def assign_roles(
         placements: As read, in scene order.
         side_file: Checked.
         file: The scene file, for messages.
+        meshes: Of the file.
 
     Returns:
         The objects, and a finding for each pattern that matches nothing.
@@ -49,7 +51,8 @@ def assign_roles(
         if not matched:
             detail = f"The pattern {rule.match} of the side file matches no object."
             findings.append(Finding(side_file.name, "pattern-without-match", 1, detail))
-    objects = [_scene_object(placement, said) for placement, said in zip(placements, keys, strict=True)]
+    placer = Placer(meshes)
+    objects = [_scene_object(placement, said, placer) for placement, said in zip(placements, keys, strict=True)]
     _check_levels(objects, placements, file)
     return objects, findings
 
@@ -64,16 +67,19 @@ def _matching(rule: ObjectRule, placements: Sequence[Placement]) -> list[int]:
     ]
 
 
-def _scene_object(placement: Placement, said: dict[str, Any]) -> SceneObject:
-    keys = {name: value for name, value in said.items() if name != "role"}
+def _scene_object(placement: Placement, said: dict[str, Any], placer: Placer) -> SceneObject:
+    keys = {name: value for name, value in said.items() if name != "role" and name not in PLACING_KEYS}
+    placing = placer.placing(placement, said)
     return SceneObject(
         path=placement.path,
         mesh=placement.mesh,
-        transform=placement.transform,
+        transform=placed(placement.transform, placing),
         role=said.get("role", Role.STATIC),
         keys=replace(ObjectKeys(), **keys),
         node=placement.node,
         node_instance=placement.node_instance,
+        placing=placing,
+        copy_of=placement.copy_of,
     )
 
 

@@ -17,6 +17,7 @@ from bake.scene.object_keys import check_keys, finite_number, nearest
 from bake.types import RegionBox
 
 SUFFIX = ".obscura.toml"
+TABLES = ("bake", "object", "copy", "region")
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,21 @@ class ObjectRule:
 
 
 @dataclass(frozen=True, slots=True)
+class CopyRule:
+    """One `[[copy]]`: an object that the scene file does not have itself.
+
+    Attributes:
+        of: Path of the original.
+        path: Its own path: beside the original, by its name.
+        keys: Checked role and keys.
+    """
+
+    of: str
+    path: str
+    keys: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
 class SideFile:
     """A checked side file; without one, all is empty.
 
@@ -41,12 +57,14 @@ class SideFile:
         bake_options: The `[bake]` table, not validated here: `BakeSettings.from_options` does that.
         rules: In the file's order; later ones win.
         regions: The `[[region]]`s.
+        copies: The `[[copy]]`s, in the file's order.
     """
 
     name: str = ""
     bake_options: Mapping[str, Any] = field(default_factory=dict[str, Any])
     rules: tuple[ObjectRule, ...] = ()
     regions: tuple[RegionBox, ...] = ()
+    copies: tuple[CopyRule, ...] = ()
 
 
 def side_file_names(scene: Path) -> tuple[str, str]:
@@ -83,8 +101,8 @@ def read_side_file(ledger: FileLedger) -> SideFile:
     where = str(ledger.folder / present[0])
     tables = _parse_toml(contents[present[0]] or b"", where)
     for name in tables:
-        if name not in ("bake", "object", "region"):
-            raise SceneError(f"unknown table [{name}]", where=where, remedy=nearest(name, ("bake", "object", "region")))
+        if name not in TABLES:
+            raise SceneError(f"unknown table [{name}]", where=where, remedy=nearest(name, TABLES))
     options: Any = tables.get("bake", {})
     if not isinstance(options, dict):
         raise SceneError("bake is no table", where=where, remedy="write [bake]")
@@ -93,6 +111,7 @@ def read_side_file(ledger: FileLedger) -> SideFile:
         bake_options=cast("dict[str, Any]", options),
         rules=tuple(_rule(item, f"{where}: {place}") for item, place in _tables(tables, "object", where)),
         regions=_regions(_tables(tables, "region", where), where),
+        copies=tuple(_copy(item, f"{where}: {place}") for item, place in _tables(tables, "copy", where)),
     )
 
 
@@ -119,6 +138,17 @@ def _rule(table: dict[str, Any], where: str) -> ObjectRule:
         raise SceneError("it has no match", where=where, remedy='write match = "Level/Trees/*"')
     keys = {name: value for name, value in table.items() if name != "match"}
     return ObjectRule(match, check_keys(keys, f"{where} ({match})"))
+
+
+def _copy(table: dict[str, Any], where: str) -> CopyRule:
+    of, name = table.get("of"), table.get("name")
+    if not isinstance(of, str) or not of:
+        raise SceneError("it has no of", where=where, remedy='write of = "Level/Props/barrel"')
+    if not isinstance(name, str) or not name or "/" in name:
+        raise SceneError("it has no name of its own", where=where, remedy='write name = "barrel_copy", without /')
+    keys = {key: value for key, value in table.items() if key not in ("of", "name")}
+    folder, slash, _ = of.rpartition("/")
+    return CopyRule(of, folder + slash + name, check_keys(keys, f"{where} ({name})"))
 
 
 def _regions(tables: list[tuple[dict[str, Any], str]], where: str) -> tuple[RegionBox, ...]:

@@ -12,7 +12,7 @@ import os
 import re
 import tempfile
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -25,6 +25,7 @@ from bake.settings import BakeSettings
 
 Keys = Mapping[str, Any]
 """Values by key; None takes a key away."""
+COPY_NAMES = ("of", "name")
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +52,14 @@ def set_object_keys(scene: Path, match: str, keys: Keys) -> SideFileEdit:
     return edit_side_file(scene, {match: keys})
 
 
-def edit_side_file(scene: Path, objects: Mapping[str, Keys], bake: Keys | None = None) -> SideFileEdit:
+def edit_side_file(
+    scene: Path,
+    objects: Mapping[str, Keys],
+    bake: Keys | None = None,
+    *,
+    copies: Sequence[Keys] = (),
+    without: Collection[str] = (),
+) -> SideFileEdit:
     """Sets keys of objects and bake options in a scene's side file, which is made if there is none.
 
     An object's keys go to the last `[[object]]` of the same match; where a later pattern would overrule it, to a new
@@ -61,6 +69,8 @@ def edit_side_file(scene: Path, objects: Mapping[str, Keys], bake: Keys | None =
         scene: The scene file.
         objects: Keys, role included, by path or pattern.
         bake: Options of the `[bake]` table by long name.
+        copies: Tables of new `[[copy]]`s: `of`, `name` and keys.
+        without: Paths of copies to take away, with what is said of exactly them.
 
     Returns:
         What was done; `apply_edit` of its `reversed()` takes it back.
@@ -70,12 +80,19 @@ def edit_side_file(scene: Path, objects: Mapping[str, Keys], bake: Keys | None =
         SettingsError: an option that no bake has.
         StorageError: the side file could not be written; it is as it was.
     """
-    edit = plan_edit(scene, objects, bake)
+    edit = plan_edit(scene, objects, bake, copies=copies, without=without)
     apply_edit(edit)
     return edit
 
 
-def plan_edit(scene: Path, objects: Mapping[str, Keys], bake: Keys | None = None) -> SideFileEdit:
+def plan_edit(
+    scene: Path,
+    objects: Mapping[str, Keys],
+    bake: Keys | None = None,
+    *,
+    copies: Sequence[Keys] = (),
+    without: Collection[str] = (),
+) -> SideFileEdit:
     """What `edit_side_file` would do, without doing it.
 
     Raises:
@@ -92,6 +109,11 @@ def plan_edit(scene: Path, objects: Mapping[str, Keys], bake: Keys | None = None
     draft = _Draft(text if not text or text.endswith("\n") else text + newline, newline, tables, where)
     for match, keys in objects.items():
         draft.set_object(match, keys)
+    for name in without:
+        draft.remove_copy(name)
+    for table in copies:
+        keys = _plain({name: value for name, value in table.items() if name not in COPY_NAMES}, where)
+        draft.add_copy({name: table[name] for name in COPY_NAMES} | keys)
     if options:
         draft.set_bake(options)
     text = draft.text()
@@ -175,6 +197,8 @@ def _plain(keys: Keys, where: str) -> dict[str, Any]:
 
 
 def _written(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return list(cast("Sequence[Any]", value))
     return str(value) if isinstance(value, str) else value
 
 
@@ -194,7 +218,12 @@ class _Draft:
         self._objects: list[dict[str, Any]] = [dict(table) for table in cast("list[dict[str, Any]]", found)]
         self._written_objects = len(self._objects)
         self._patterns = [re.compile(fnmatch.translate(str(table.get("match", "")))) for table in self._objects]
-        self._blocks: dict[str, list[list[Statement]]] = {"object": [], "bake": []}
+        copies: Any = tables.get("copy", [])
+        if not isinstance(copies, list):
+            raise self._unreadable()
+        self._copies: list[dict[str, Any]] = [dict(table) for table in cast("list[dict[str, Any]]", copies)]
+        self._removed: set[int] = set()
+        self._blocks: dict[str, list[list[Statement]]] = {"object": [], "bake": [], "copy": []}
         inside: list[Statement] | None = None
         for statement in statements(text):
             if statement.is_header:
@@ -206,6 +235,7 @@ class _Draft:
                 inside.append(statement)
         self._edits: list[Edit] = []
         self._new: list[str] = []
+        self._new_copies: list[str] = []
 
     def set_object(self, match: str, keys: dict[str, Any]) -> None:
         """Sets keys of the objects of one path or pattern."""
@@ -223,12 +253,41 @@ class _Draft:
         table, block = self._objects[number], self._blocks["object"][number]
         self._objects[number] = {name: value for name, value in table.items() if name not in keys} | given
         if set(self._objects[number]) == {"match"} and not _has_comments(self._text, block):
-            end = block[-1].end
-            while self._text[end : end + len(self._newline)] == self._newline:
-                end += len(self._newline)
-            self._edits.append((block[0].begin, end, ""))
+            self._cut(block)
         else:
             self._edits += key_edits(self._text, block, keys, self._newline)
+
+    def add_copy(self, table: dict[str, Any]) -> None:
+        """Adds a copy of an object."""
+        self._copies.append(table)
+        lines = ["[[copy]]", *(f"{toml_key(name)} = {toml_value(value)}" for name, value in table.items())]
+        self._new_copies.append(self._newline.join(lines) + self._newline)
+
+    def remove_copy(self, path: str) -> None:
+        """Takes a copy away, and what is said of exactly its path.
+
+        Raises:
+            SceneError: there is none.
+        """
+        folder, _, name = path.rpartition("/")
+        made = [(str(table.get("of")).rpartition("/")[0], table.get("name")) for table in self._copies]
+        if (folder, name) not in made:
+            raise SceneError("no [[copy]] makes it", where=f"{self._where}: {path}", remedy="give it the role ignore")
+        if len(self._blocks["copy"]) != len(self._copies) - len(self._new_copies):
+            raise self._unreadable()
+        number = made.index((folder, name))
+        self._removed.add(number)
+        self._cut(self._blocks["copy"][number])
+        for number, table in enumerate(self._objects):
+            if table.get("match") == path and number < self._written_objects:
+                self._objects[number] = {"match": path}
+                self._cut(self._blocks["object"][number])
+
+    def _cut(self, block: Sequence[Statement]) -> None:
+        end = block[-1].end
+        while self._text[end : end + len(self._newline)] == self._newline:
+            end += len(self._newline)
+        self._edits.append((block[0].begin, end, ""))
 
     def set_bake(self, options: dict[str, Any]) -> None:
         """Sets options of the bake."""
@@ -253,12 +312,18 @@ class _Draft:
             end = blocks[-1][-1].end if blocks else len(self._text)
             gap = self._newline if end else ""
             self._edits.append((end, end, gap + self._newline.join(self._new)))
+        if self._new_copies:
+            blocks = self._blocks["copy"]
+            end = blocks[-1][-1].end if blocks else len(self._text)
+            gap = self._newline if end else ""
+            self._edits.append((end, end, gap + self._newline.join(self._new_copies)))
         text = edited(self._text, self._edits)
         try:
             says = tomllib.loads(text)
         except tomllib.TOMLDecodeError:
             raise self._unreadable() from None
-        if _bare(says) != _bare({**self._wanted, "object": self._objects}):
+        copies = [table for number, table in enumerate(self._copies) if number not in self._removed]
+        if _bare(says) != _bare({**self._wanted, "object": self._objects, "copy": copies}):
             raise self._unreadable()
         return text
 
@@ -284,7 +349,9 @@ class _Draft:
 def _bare(tables: Mapping[str, Any]) -> dict[str, Any]:
     """Tables without those that say nothing."""
     objects = [table for table in tables.get("object", []) if set(table) != {"match"}]
-    rest = {name: value for name, value in tables.items() if name != "object" and (name != "bake" or value)}
+    rest = {
+        name: value for name, value in tables.items() if name != "object" and (name not in ("bake", "copy") or value)
+    }
     return {**rest, "object": objects}
 
 
