@@ -8,13 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bake.arrays import Float64Array, Int64Array
+from bake.arrays import BoolArray, Float64Array, Int64Array
 from bake.bench.bystanders import only_near
 from bake.bench.injection import Injection, Placed, cured, inject
 from bake.bench.placements import free_places
 from bake.devices import resolve
 from bake.explain.cause_names import CauseKind
-from bake.explain.looks import mean_ao
+from bake.explain.looks import follow
+from bake.explain.retrace import rho_of
 from bake.geometry import cosine_direction
 from bake.low_discrepancy import owen_sobol
 from bake.pipeline import bake
@@ -57,6 +58,8 @@ class Round:
         placed: The injections, n of them.
         value: Shape (n,): baked AO at each spot, at the injection's distance.
         truth: Shape (n,): AO at each spot by rays from there, in the scene with all cures applied.
+        shown: Shape (n,), bool: whether the spot can be seen: by the rule of the bake, so few of its rays' hits are
+            backs of one-sided faces that it does not lie in something.
         face: Shape (n,): the face of each spot.
         weights: Shape (n, 3): barycentric weights of the spot on it.
     """
@@ -66,6 +69,7 @@ class Round:
     placed: tuple[Placed, ...]
     value: Float64Array
     truth: Float64Array
+    shown: BoolArray
     face: Int64Array
     weights: Float64Array
 
@@ -73,7 +77,7 @@ class Round:
         """Whether an injection came out as meant: defects too dark, seams with a step, sound spots dark and right."""
         value, truth = float(self.value[number]), float(self.truth[number])
         if self.placed[number].injection.cause is CauseKind.CREVICE:
-            return abs(value - truth) < 0.1 and value < 0.45
+            return abs(value - truth) < 0.1 and value < 0.45 and bool(self.shown[number])
         if self.placed[number].injection.cause is CauseKind.SEAM and self._step(number) < 0.1:
             return False
         return value < truth - 0.08
@@ -145,8 +149,10 @@ def bake_round(
     values = result.field.ao.astype(np.float64)[result.world.faces[face], columns[:, None]]
     world = flatten(sound, settings)
     with create_tracer(world, settings, resolve("cpu")) as tracer:
-        truth = np.array([direct_ao(tracer, item, world.origin) for item in sound_placed])
-    return Round(result, scene, tuple(placed), np.einsum("ij,ij->i", values, weights), truth, face, weights)
+        seen = [direct_look(tracer, item, world.origin) for item in sound_placed]
+    truth, backs = np.array(seen).reshape(-1, 2).T
+    shown = backs <= settings.back_face_threshold
+    return Round(result, scene, tuple(placed), np.einsum("ij,ij->i", values, weights), truth, shown, face, weights)
 
 
 def bake_scene(scene: Scene, settings: BakeSettings) -> BakeResult:
@@ -185,12 +191,15 @@ def locate(world: World, item: Placed) -> tuple[int, Float64Array]:
     return begin + best, weights[best]
 
 
-def direct_ao(tracer: Tracer, item: Placed, origin: Float64Array) -> float:
-    """AO at a spot by rays from there."""
+def direct_look(tracer: Tracer, item: Placed, origin: Float64Array) -> tuple[float, float]:
+    """AO at a spot by rays from there, and what share of their hits are backs of one-sided faces."""
     start = item.spot - origin + 2e-3 * item.scale * item.normal
     u, v = owen_sobol(np.arange(TRUTH_RAYS), np.full(TRUTH_RAYS, 7, np.uint32))
     ways = cosine_direction(u, v, np.tile(item.normal, (TRUTH_RAYS, 1)))
-    return float(mean_ao(tracer, start[None], ways[None])[0, item.injection.column])
+    ends = follow(tracer, np.tile(start, (TRUTH_RAYS, 1)), ways, tracer.settings.trace_distance)
+    rho = rho_of(ends.distance, tracer.settings)[:, item.injection.column].astype(np.float64)
+    struck = ends.face >= 0
+    return float(np.where(struck, rho, 1.0).mean()), float((ends.proof & struck).sum() / max(int(struck.sum()), 1))
 
 
 def _nearest(corners: Float64Array, point: Float64Array) -> tuple[Float64Array, Float64Array]:

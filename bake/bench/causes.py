@@ -8,9 +8,8 @@ chosen on other seeds.
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,9 @@ import numpy as np
 
 from bake.arrays import Float64Array
 from bake.bench.cause_rounds import Round, Site, find_places, make_round, scaled
+from bake.bench.cause_tables import Outcome, by_variant, confusion, of_the_levels
 from bake.bench.injected_defects import make_injection
+from bake.bench.level_spots import level_round
 from bake.bench.remedy_previews import Mended, mend_round, preview_table
 from bake.bench.special_rounds import shell_round, turned_round, unit_round
 from bake.bench.table import Measurements
@@ -34,33 +35,11 @@ SPECIAL = 5
 """Of these, how many are wide shells, wrong units or turned objects of the level."""
 
 MOST_ROUNDS = 40
-RIGHT, FALSE_ALARM = 0.9, 0.05
 SIZES = (1.0, 0.6, 0.35)
 """Sizes of the injections; the largest for which the scene has room is taken."""
 
 ENOUGH_PLACES = 16
 SEED = 20_26
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """What was said of one injection.
-
-    Attributes:
-        site: Name of the scene.
-        cause, variant: What was injected.
-        named: The cause that was named first.
-        confidence: With what confidence.
-        value, truth: Baked AO, and what is right.
-    """
-
-    site: str
-    cause: CauseKind
-    variant: str
-    named: CauseKind
-    confidence: float
-    value: float
-    truth: float
 
 
 def measure_causes(
@@ -81,15 +60,18 @@ def measure_causes(
         seed: Decides all measures and places.
     """
     outcomes: list[Outcome] = []
+    sound: list[Outcome] = []
     mended: list[Mended] = []
     for number, path in enumerate(paths):
         settings = settings_for(path, {"rays": 32, "samples-per-face": "2:8", "regions": "none", **options})
         scale = scales[number] if number < len(scales) else 1.0
         judged = judge_scene(path, settings, scale, placements, seed + number)
+        sound += judge_level(path, settings, scale, placements, seed + number)
         mended += mend_scene(path, settings, scale, seed + number)
         outcomes += judged
         yield confusion(judged, f"causes in {path.stem}")
-    yield _by_variant(outcomes)
+    yield by_variant(outcomes)
+    yield of_the_levels(sound)
     yield preview_table(mended)
     yield confusion(outcomes, "causes", gated=True)
 
@@ -116,14 +98,27 @@ def judge_scene(path: Path, settings: BakeSettings, scale: float, placements: in
     return outcomes
 
 
+def judge_level(path: Path, settings: BakeSettings, scale: float, most: int, seed: int) -> list[Outcome]:
+    """What is said of the level's own dark spots whose values are what their rays see."""
+    scene = scaled(load_scene(path, crease_angle=settings.crease_angle), scale)
+    made = level_round(Site(path.stem, scene, 1.0, settings), np.random.default_rng([seed, 2]), 2 * most)
+    return judge_round(made, path.stem)[:most] if made is not None else []
+
+
 def mend_scene(path: Path, settings: BakeSettings, scale: float, seed: int) -> list[Mended]:
-    """Previews of what is offered against one injection of each cause, and the rebakes."""
+    """Previews of what is offered against injections of each cause, and the rebakes: each kind of remedy once."""
     random = np.random.default_rng([seed, 1])
-    site, places = site_of(path, settings, scale, random)
-    curable = [kind for kind in CauseKind if kind.is_defect]
+    few = dataclasses.replace(settings, rays=8, samples_per_face=(2, 4))  # equality is no question of noise
+    site, places = site_of(path, few, scale, random)
+    curable = [kind for kind in CauseKind if kind.is_defect] * 2
     spread = places[random.permutation(len(places))[: len(curable)]]
     injections = [make_injection(kind, random) for kind in curable[: len(spread)]]
-    return list(mend_round(make_round(site, injections, spread, random), site.name)) if injections else []
+    rounds = [make_round(site, injections, spread, random) if injections else None, unit_round(site, places, random, 1)]
+    mended: list[Mended] = []
+    for made in rounds:
+        if made is not None:
+            mended += mend_round(made, site.name, {item.kind for item in mended})
+    return mended
 
 
 def site_of(path: Path, settings: BakeSettings, scale: float, random: np.random.Generator) -> tuple[Site, Float64Array]:
@@ -154,56 +149,6 @@ def judge_round(made: Round, site: str) -> list[Outcome]:
                 Outcome(site, injection.cause, injection.variant, first.kind, first.confidence, value, truth)
             )
     return outcomes
-
-
-def confusion(outcomes: Sequence[Outcome], name: str, *, gated: bool = False) -> Measurements:
-    """One row a cause that was injected, one column a cause that was named; the last row has the sums."""
-    table: dict[CauseKind, Counter[CauseKind]] = defaultdict(Counter)
-    for item in outcomes:
-        table[item.cause][item.named] += 1
-    rows: list[dict[str, Any]] = []
-    for kind in CauseKind:
-        count = table[kind].total()
-        if count:
-            named = {str(other): table[kind][other] or None for other in CauseKind}
-            rows.append(
-                {"injected": str(kind), **named, "placements": count, "right %": 100.0 * table[kind][kind] / count}
-            )
-    right = sum(counter[kind] for kind, counter in table.items())
-    sound = table[CauseKind.CREVICE]
-    alarms = 1.0 - sound[CauseKind.CREVICE] / max(sound.total(), 1)
-    total: dict[str, Any] = {
-        "injected": "all",
-        "placements": len(outcomes),
-        "right %": 100.0 * right / max(len(outcomes), 1),
-        "crevices called a defect %": 100.0 * alarms,
-    }
-    if gated:
-        total["passed"] = right >= RIGHT * len(outcomes) and alarms <= FALSE_ALARM
-    rows.append(total)
-    notes = ["rows: what was injected; columns: what was named first"]
-    gates = f"gates: at least {100 * RIGHT:g} % right, at most {100 * FALSE_ALARM:g} % of true crevices called a defect"
-    return Measurements(name, rows, [*notes, gates] if gated else notes)
-
-
-def _by_variant(outcomes: Sequence[Outcome]) -> Measurements:
-    """One row a kind of injection: how many were named rightly, with what confidence, and how dark they are."""
-    groups: dict[tuple[str, str], list[Outcome]] = defaultdict(list)
-    for item in outcomes:
-        groups[str(item.cause), item.variant].append(item)
-    rows = [
-        {
-            "injected": cause,
-            "kind": variant,
-            "placements": len(items),
-            "right": sum(item.named is item.cause for item in items),
-            "mean confidence": float(np.mean([item.confidence for item in items])),
-            "mean AO baked": float(np.mean([item.value for item in items])),
-            "mean AO mended": float(np.mean([item.truth for item in items])),
-        }
-        for (cause, variant), items in sorted(groups.items())
-    ]
-    return Measurements("kinds", rows, ["AO at the distance at which the defect shows"])
 
 
 def _special_rounds(site: Site, places: Float64Array, random: np.random.Generator, most: int) -> Iterator[Round]:

@@ -227,6 +227,9 @@ def hidden_ridge(random: Random) -> Injection:
         j = (i + 1) % 5
         faces += [(i, i + 5, j), (j, i + 5, j + 5)]
     prism = Solid(np.array(corners), np.array(faces, np.int32))
+    # a little down the slope that shows: on the edge itself it would be open which way to look
+    rise, run = ridge - 0.33, 0.8 * wide
+    down, slope = random.uniform(0.2, 0.4) * shows, float(np.hypot(rise, run))
     return Injection(
         CauseKind.STARVED,
         "ridge of a prism",
@@ -236,8 +239,8 @@ def hidden_ridge(random: Random) -> Injection:
             "Prism": Prop(shaded(prism, 170.0)),
         },
         "Prism",
-        (random.uniform(-0.5, 0.5) * long, ridge, 0.0),
-        (0.0, 1.0, 0.0),
+        (random.uniform(-0.5, 0.5) * long, ridge - down, down * run / rise),
+        (0.0, run / slope, rise / slope),
         {"Prism": {"samples": 1024}},
     )
 

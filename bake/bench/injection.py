@@ -83,7 +83,7 @@ class Placed:
     @property
     def dark_path(self) -> str:
         """Path of the object with the dark spot."""
-        return f"{self.folder}/{self.injection.dark}"
+        return f"{self.folder}/{self.injection.dark}" if self.folder else self.injection.dark
 
 
 def inject(

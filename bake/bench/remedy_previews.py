@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,8 +45,15 @@ class Mended:
     traced: float
 
 
-def mend_round(made: Round, site: str) -> Iterator[Mended]:
-    """Previews every remedy of the first cause of each injection that came out as meant, and bakes it."""
+def mend_round(made: Round, site: str, known: Set[str] = frozenset()) -> Iterator[Mended]:
+    """Previews what is offered against each injection that came out as meant, and bakes it: each kind once.
+
+    Args:
+        made: A bake with injections.
+        site: Name of the scene.
+        known: Kinds of remedies to leave out.
+    """
+    done = set(known)
     with Explainer(made.result) as explainer:
         previewer = Previewer(explainer, made.scene)
         for number, item in enumerate(made.placed):
@@ -56,7 +63,8 @@ def mend_round(made: Round, site: str) -> Iterator[Mended]:
             distance = made.result.settings.column_distances[item.injection.column]
             cause = name_causes(explainer, explanation, distance=distance)[0]
             for remedy in cause.remedies:
-                if remedy.writes:
+                if remedy.writes and _name(remedy) not in done:
+                    done.add(_name(remedy))
                     preview = previewer.preview(explanation.spot, remedy)
                     again = bake_scene(remedied(made.scene, remedy), remedied_settings(made.result.settings, remedy))
                     baked = again.field.ao.astype(np.float64)

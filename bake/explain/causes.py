@@ -34,6 +34,7 @@ IMPLIES = {
     CauseKind.UNIT: (CauseKind.BURIED, CauseKind.TWIN, CauseKind.SHEET, CauseKind.SEAM, CauseKind.STARVED),
     CauseKind.AGAINST_FACE: (CauseKind.SHEET, CauseKind.BURIED),
     CauseKind.TWIN: (CauseKind.SHEET,),
+    CauseKind.BURIED: (CauseKind.STARVED,),
 }
 """Causes that look like others: rays that start inside something see what samples inside it would see."""
 

@@ -12,8 +12,12 @@ from bake.explain.types import Share
 from bake.geometry import face_normals
 from bake.types import Float64Array, Role
 
-SHELL_SHARE = 0.25
-"""Share of the darkness below which no shell is looked for."""
+SHELL_SHARE = 0.15, 0.35
+"""Share of the darkness below which no shell is looked for, and from which on it may be one: half of what is seen from
+inside a shell is the ground that it encloses."""
+
+NOT_CROSSED = 0.5
+"""Confidence in a shell that nothing goes through: it may as well be a room."""
 
 MOST_SHELL_FACES = 50_000
 """Shells are coarse."""
@@ -117,7 +121,7 @@ def enclosing_shell(suspect: Suspect) -> Cause | None:
     found = [
         _shell(suspect, share, float(share.share[column]) / darkness)
         for share in suspect.explanation.occluders
-        if not share.is_self and float(share.share[column]) > SHELL_SHARE * darkness
+        if not share.is_self and float(share.share[column]) > SHELL_SHARE[0] * darkness
     ]
     return max(found, key=lambda cause: cause.confidence if cause else -1.0, default=None)
 
@@ -133,8 +137,8 @@ def _shell(suspect: Suspect, top: Share, part: float) -> Cause | None:
     )
     round_it = certainty(abs(shell.winding), 0.8, 0.95) * certainty(shell.closed, 0.9, 0.99)
     hollow = certainty(shell.inward, 0.7, 0.9)
-    alien = 1.0 if told or shell.crossed else 0.6
-    strength = max(round_it * hollow * alien, 1.0 if told else 0.0) * certainty(part, SHELL_SHARE, 0.5)
+    alien = 1.0 if told or shell.crossed else NOT_CROSSED
+    strength = max(round_it * hollow * alien, 1.0 if told else 0.0) * certainty(part, *SHELL_SHARE)
     if strength <= 0.0:
         return None
     text = (

@@ -46,10 +46,13 @@ def starved(suspect: Suspect) -> Cause | None:
     evidence = suspect.evidence
     if evidence.unseen:
         return None
-    lacking = max(certainty(evidence.own_weight, 0.6, 0.2), certainty(evidence.invalid_share, 0.75, 0.95))
-    near = near_weight(suspect)
-    far = FAR_AT_MOST * certainty(near, 0.4, 0.1)
-    lacking = max(lacking, far)
+    near, blind = near_weight(suspect), blind_weight(suspect)
+    lacking = max(
+        certainty(evidence.own_weight, 0.6, 0.2),
+        certainty(evidence.invalid_share, 0.6, 0.9),
+        certainty(blind, 0.6, 0.9),
+        FAR_AT_MOST * certainty(near, 0.4, 0.1),
+    )
     strength = lacking * max(gap_counts(evidence), certainty(-evidence.gap, 0.5 * GAP, 1.5 * GAP))
     if strength <= 0.0:
         return None
@@ -57,7 +60,7 @@ def starved(suspect: Suspect) -> Cause | None:
     text = (
         f"{evidence.valid} of {evidence.valid + evidence.invalid} samples on the faces around are valid; "
         f"{percent(carried)} of the value comes from other faces, {percent(near)} from samples within "
-        f"{100.0 * NEARBY * evidence.distance:.3g} cm. "
+        f"{100.0 * NEARBY * evidence.distance:.3g} cm, {percent(blind)} from such that something hides from the spot. "
         f"Seen from the spot itself, AO is {evidence.seen:.2f} instead of {evidence.value:.2f}."
     )
     more = min(4096, max(256, 8 * (evidence.valid + evidence.invalid) // max(len(evidence.faces), 1), 1024))
@@ -70,9 +73,18 @@ def starved(suspect: Suspect) -> Cause | None:
         "invalid": evidence.invalid,
         "own_weight": evidence.own_weight,
         "near_weight": near,
+        "hidden_weight": blind,
         "gap": evidence.gap,
     }
     return Cause(CauseKind.STARVED, strength, text, numbers, remedies, suspect.object)
+
+
+def blind_weight(suspect: Suspect) -> float:
+    """Share of the heavy samples' weight that lies where the spot cannot be seen from, in [0, 1]; not inside others."""
+    heavy = suspect.evidence.heavy
+    weight = np.abs(heavy.weight)
+    hidden = heavy.hidden & ~inside_others(suspect)
+    return float(weight[hidden].sum() / max(weight.sum(), 1e-12))
 
 
 def near_weight(suspect: Suspect) -> float:
@@ -90,13 +102,16 @@ def overshoot(suspect: Suspect) -> Cause | None:
     held = any(abs(float(item.effect[evidence.column])) > 0.02 for item in suspect.explanation.held)
     swing = max(certainty(evidence.swing, 0.05, 0.25), 0.8 if held else 0.0)
     thin = certainty(evidence.slenderness, 4.0, 12.0)
-    strength = certainty(below, 0.02, 0.07) * swing * thin * certainty(evidence.own_weight, 0.1, 0.4)
+    # below the average of what lies around is right where the spot sees less than its surroundings do
+    strength = gap_counts(evidence) * certainty(below, 0.02, 0.07) * swing * thin
+    strength *= certainty(evidence.own_weight, 0.1, 0.4)
     if strength <= 0.0:
         return None
     text = (
-        f"The samples around average {evidence.average:.2f}, the fit gives {evidence.value:.2f}; negative weights add "
-        f"up to {evidence.swing:.2f}. The longest edge around is {evidence.slenderness:.0f} times as long as its "
-        f"triangle is high{', and bounds hold values here' if held else ''}."
+        f"The samples around average {evidence.average:.2f} and the spot sees {evidence.seen:.2f}, but the fit gives "
+        f"{evidence.value:.2f}; negative weights add up to {evidence.swing:.2f}. The longest edge around is "
+        f"{evidence.slenderness:.0f} times as long as its triangle is high"
+        f"{', and bounds hold values here' if held else ''}."
     )
     alpha = max(0.2, 5.0 * suspect.explainer.settings.alpha)
     remedies = (
@@ -246,10 +261,8 @@ def leak(suspect: Suspect) -> Cause | None:
         return None
     hidden = heavy.hidden & level & ~inside_others(suspect) & (heavy.ao < evidence.seen - 0.1)
     rest = heavy.without(hidden)
-    if not hidden.any():
+    if not hidden.any() or not np.isfinite(rest):  # nothing else weighs: then it is samples that are lacking
         return None
-    if not np.isfinite(rest):  # nothing else weighs: then it is what can be seen that they stand in for
-        rest = evidence.seen
     explained = (rest - evidence.value) / max(evidence.gap, GAP)
     strength = gap_counts(evidence) * certainty(explained, 0.2, 0.6)
     if strength <= 0.0:

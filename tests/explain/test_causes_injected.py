@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from bake.bench.cause_rounds import Round, Site, make_round
-from bake.bench.causes import Outcome, confusion, judge_round
+from bake.bench.cause_tables import Outcome, confusion
+from bake.bench.causes import judge_round
 from bake.bench.injected_defects import MAKERS, make_injection
 from bake.bench.injection import cured
 from bake.bench.special_rounds import unit_round
