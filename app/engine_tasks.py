@@ -17,5 +17,6 @@ TASKS: Mapping[str, Task] = {
     "walk": trace_walk,
     "explain": explain_spot,
     "without": spot_without,
+    "surface-without": spot_without,
     "preview": preview_remedy,
 }

@@ -15,8 +15,7 @@ from bake.explain.cause_types import Remedy
 from bake.explain.types import Spot, SpotWithout, SurfaceWithout
 from viewer.picking import Pick
 
-EXPLAIN, WITHOUT, PREVIEW = "explain", "without", "preview"
-PURPOSES = (EXPLAIN, WITHOUT, PREVIEW)
+EXPLAIN, WITHOUT, SURFACE, PREVIEW = "explain", "without", "surface-without", "preview"
 
 
 class ExplainLive(QObject):
@@ -39,7 +38,6 @@ class ExplainLive(QObject):
         super().__init__(parent)
         self._document, self._engine = document, engine
         self._asked: dict[str, int] = {}
-        self._asked_surface = False
         engine.task_finished.connect(self._on_finished)
         engine.failed.connect(self._on_failed)
         engine.cancelled.connect(self._ends)
@@ -50,10 +48,9 @@ class ExplainLive(QObject):
 
     def without(self, spot: Spot, owner: int, *, surface: bool = False) -> None:
         """What if an object did not cast; the whole surface takes long and gives way to whatever is asked next."""
-        if self._asked_surface and WITHOUT in self._asked:
-            self._engine.cancel_task(WITHOUT)
-        self._asked_surface = surface
-        self._ask(WITHOUT, WithoutRequest(spot, owner, surface))
+        if SURFACE in self._asked:
+            self._engine.cancel_task(SURFACE)
+        self._ask(SURFACE if surface else WITHOUT, WithoutRequest(spot, owner, surface))
 
     def preview(self, spot: Spot, remedy: Remedy) -> None:
         """What if a remedy were applied."""

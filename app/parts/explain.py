@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from app.actions import Action, ActionSpec
-from app.explain_live import PREVIEW, WITHOUT, ExplainLive
+from app.explain_live import PREVIEW, SURFACE, WITHOUT, ExplainLive
 from app.explain_panel import ExplainPanel
 from app.explain_task import ExplainedSpot
 from app.parts.scene_edits import SceneEditsPart
@@ -188,7 +188,7 @@ class ExplainPart(Part):
         self._show_surface()
 
     def _show_surface(self) -> None:
-        self.panel.set_surface(shown=self._surface_of >= 0, busy=self.live.is_asked(WITHOUT))
+        self.panel.set_surface(shown=self._surface_of >= 0, busy=self.live.is_asked(SURFACE))
 
     def _on_preview_asked(self, remedy: Remedy) -> None:
         if self.explained is not None:
@@ -201,11 +201,11 @@ class ExplainPart(Part):
     def _on_ended(self, purpose: str) -> None:
         if purpose == PREVIEW:
             self.panel.causes.set_busy(False)
-        elif purpose == WITHOUT:
+        elif purpose == SURFACE:
             self._show_surface()
 
     def _on_failed(self, purpose: str, text: str) -> None:
-        if purpose in (PREVIEW, WITHOUT):
+        if purpose in (PREVIEW, WITHOUT, SURFACE):
             self.bench.banner.show_message(logging.WARNING, text)
         else:
             self.panel.set_message(text)

@@ -32,6 +32,9 @@ MORE_RINGS = 3
 
 MOST_STEPS = 2000
 
+LEAST_AREA = 1e-280
+"""Entries of the diagonal, m², below which an unknown has no column that numbers could hold; it counts as cut off."""
+
 
 @dataclass(frozen=True, slots=True)
 class Column:
@@ -90,10 +93,12 @@ class Greens:
         """
         values = np.zeros(0)
         members = self.rings(unknowns, FIRST_RINGS)
+        lost = float(np.abs(weights[self.diagonal[unknowns] < LEAST_AREA]).sum())
         known = np.zeros(0, np.int64)
         while True:
             if fixed is not None:
                 members = members[~fixed[members]]
+            members = members[self.diagonal[members] >= LEAST_AREA]
             with self._numbered(members):
                 start = np.zeros(len(members))
                 start[self._slot[known]] = values
@@ -107,8 +112,8 @@ class Greens:
             leak = scatter_add(at, patch.entry * values[patch.row], len(leaks))
             held = np.zeros(len(leaks), np.bool_) if fixed is None else fixed[leaks]
             open_leak = np.where(held, 0.0, np.abs(leak))
-            cut_off = float(open_leak.sum()) + left
-            if cut_off <= tolerance or not open_leak.any():
+            cut_off = float(open_leak.sum()) + left + lost
+            if cut_off - lost <= tolerance or not open_leak.any():
                 return Column(known, values, cut_off, leaks[held], -leak[held])
             worst = leaks[open_leak > 0.25 * tolerance / max(np.count_nonzero(open_leak), 1)]
             members = np.union1d(members, self.rings(worst, MORE_RINGS))
