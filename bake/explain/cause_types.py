@@ -80,6 +80,16 @@ def certainty(value: float, low: float, high: float) -> float:
     return float(min(max((value - low) / (high - low), 0.0), 1.0))
 
 
+def darker(value: float, light: float, by: float) -> float:
+    """How far a value is darker than what light there should be, as certainty in [0, 1].
+
+    Half certain at a difference of `by` where AO should be 0.6 or more; in places that get little light anyway, smaller
+    differences are as bad, down to 0.4 of that.
+    """
+    scale = by * min(max(light / 0.6, 0.4), 1.0)
+    return certainty(light - value, 0.5 * scale, 1.5 * scale)
+
+
 def percent(share: float) -> str:
     """A share for people."""
     return f"{100.0 * share:.0f} %"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bake.explain.cause_names import CauseKind
-from bake.explain.cause_types import Cause, Remedy, certainty, percent
+from bake.explain.cause_types import Cause, Remedy, certainty, darker, percent
 from bake.explain.object_signs import shell_around, turned_share, wound_against_neighbours
 from bake.explain.suspect import Suspect
 from bake.explain.types import Share
@@ -19,6 +19,9 @@ inside a shell is the ground that it encloses."""
 NOT_CROSSED = 0.5
 """Confidence in a shell that nothing goes through: it may as well be a room."""
 
+OTHER_SIDE, ONE_OF_TWO = 0.125, 0.1
+"""AO by which the other side of a face must be lighter than this one, or than the value that both share."""
+
 MOST_SHELL_FACES = 50_000
 """Shells are coarse."""
 
@@ -27,12 +30,12 @@ def against_face(suspect: Suspect) -> Cause | None:
     """The faces show to the inside: rays leave on the wrong side."""
     evidence, number = suspect.evidence, suspect.object
     lighter = evidence.seen_behind - evidence.seen
-    if lighter < 0.05:
+    if lighter <= 0.0:
         return None
     turned = turned_share(suspect.explainer.result, number)
     patch = wound_against_neighbours(suspect.world, number, suspect.explanation.spot.face)
     sign = max(certainty(turned, 0.02, 0.2), 0.7 if patch else 0.0)
-    strength = sign * certainty(lighter, 0.05, 0.2)
+    strength = sign * darker(evidence.seen, evidence.seen_behind, OTHER_SIDE)
     if strength <= 0.0:
         return None
     what = (
@@ -72,7 +75,7 @@ def _shared(suspect: Suspect) -> Cause | None:
         return None
     apart = abs(evidence.seen - evidence.seen_behind)
     best = max(evidence.seen, evidence.seen_behind)
-    strength = certainty(pairs / len(corners), 0.1, 0.5) * certainty(best - evidence.value, 0.05, 0.15)
+    strength = certainty(pairs / len(corners), 0.1, 0.5) * darker(evidence.value, best, ONE_OF_TWO)
     if strength <= 0.0:
         return None
     text = (

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from bake.explain.cause_names import CauseKind
-from bake.explain.cause_types import Cause, Remedy, certainty, percent
+from bake.explain.cause_types import Cause, Remedy, certainty, darker, percent
 from bake.explain.evidence import Evidence
 from bake.explain.suspect import Suspect
 from bake.geometry import cosine_direction, face_normals
@@ -36,9 +36,8 @@ FAR_AT_MOST = 0.6
 
 
 def gap_counts(evidence: Evidence) -> float:
-    """How far a value is too dark to be chance, in [0, 1]; where little can be seen anyway, less is enough."""
-    scale = GAP * min(max(evidence.seen / 0.6, 0.4), 1.0)
-    return certainty(evidence.gap, 0.5 * scale, 1.5 * scale)
+    """How far a value is too dark to be chance, in [0, 1]."""
+    return darker(evidence.value, evidence.seen, GAP)
 
 
 def starved(suspect: Suspect) -> Cause | None:
@@ -50,7 +49,7 @@ def starved(suspect: Suspect) -> Cause | None:
     lacking = max(
         certainty(evidence.own_weight, 0.6, 0.2),
         certainty(evidence.invalid_share, 0.6, 0.9),
-        certainty(blind, 0.6, 0.9),
+        certainty(blind, 0.5, 0.8),
         FAR_AT_MOST * certainty(near, 0.4, 0.1),
     )
     strength = lacking * max(gap_counts(evidence), certainty(-evidence.gap, 0.5 * GAP, 1.5 * GAP))
