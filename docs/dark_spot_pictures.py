@@ -1,0 +1,153 @@
+"""Makes the pictures of docs/dark-spot.md: walks through one dark spot in the real window, and keeps what it shows.
+
+    .ci/with-display .venv/bin/python docs/dark_spot_pictures.py SCENE FOLDER [NUMBER] [quality]
+
+SCENE is copied first, so that nothing is written beside it; FOLDER takes the pictures; NUMBER is the row of the spot in
+the table, counted from 1 (without: the first that has a remedy to write).
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import pyvistaqt  # noqa: F401 - sets the OpenGL format before any window
+from PyQt6.QtCore import QSettings
+from PyQt6.QtGui import QGuiApplication
+from PyQt6.QtWidgets import QApplication, QPushButton
+
+from app.document import default_result_folder
+from app.parts.comparison import PANEL as COMPARISON
+from app.parts.comparison import ComparisonPart
+from app.parts.explain import ExplainPart
+from app.parts.spots import SpotsPart
+from app.style import application
+from app.window import Window
+from bake.pipeline import BakeRequest, run_bake
+
+SIZE = (1400, 900)
+PATIENCE = 240.0
+
+
+class Walk:
+    """A window over a copy of a scene, and its pictures."""
+
+    def __init__(self, scene: Path, folder: Path, work: Path, quality: str) -> None:
+        self.app, self.folder = application(), folder
+        self.scene = work / scene.name
+        for other in scene.parent.iterdir():
+            if other.is_file():
+                shutil.copy(other, work / other.name)
+        for _ in run_bake(BakeRequest(self.scene, default_result_folder(self.scene, work), {"quality": quality})):
+            pass
+        self.window = Window(work, QSettings(str(work / "habits.ini"), QSettings.Format.IniFormat))
+        self.window.store.setValue("hints/dismissed", True)
+        self.window.resize(*SIZE)
+        self.window.show()
+        self.window.controller.open(self.scene)
+        self.until(lambda: self.window.document.result is not None and self.window.controller.is_idle)
+        self.window.picker.finish()
+
+    def rest(self, seconds: float) -> None:
+        """Lets the window live for a while."""
+        end = time.perf_counter() + seconds
+        while time.perf_counter() < end:
+            QApplication.processEvents()
+            time.sleep(0.01)
+
+    def until(self, done: Callable[[], bool]) -> None:
+        """Lets the window live until something is so."""
+        end = time.perf_counter() + PATIENCE
+        while not done():
+            self.rest(0.05)
+            if time.perf_counter() > end:
+                raise SystemExit("the window does not get there")
+
+    def act(self, name: str) -> None:
+        """Triggers an action."""
+        self.window.bench.registry[name].trigger()
+        self.rest(0.3)
+
+    def keep(self, name: str) -> None:
+        """Stores what is on the screen, in few colours."""
+        from PIL import Image
+
+        self.rest(2.0)
+        screen = QGuiApplication.primaryScreen()
+        assert screen is not None
+        path = self.folder / f"dark-spot-{name}.png"
+        screen.grabWindow(int(self.window.winId())).save(str(path))
+        Image.open(path).convert("RGB").quantize(96, dither=Image.Dither.NONE).save(path, optimize=True)
+
+    def explain(self) -> tuple[QPushButton, QPushButton] | None:
+        """Explains the next spot; returns the buttons of its first remedy that can be written."""
+        part = self.window.part(ExplainPart)
+        former = part.explained
+        self.act("spot-next")
+        self.act("explain")
+        self.until(lambda: part.explained is not None and part.explained is not former)
+        for card in part.panel.causes._cards:
+            for row in card._rows:
+                if row._remedy.writes and row._remedy.objects:
+                    return row._preview, row._apply
+        return None
+
+
+def main(scene: Path, folder: Path, number: int, quality: str) -> None:
+    """Walks through the spot."""
+    with tempfile.TemporaryDirectory() as work:
+        walk = Walk(scene, folder, Path(work), quality)
+        window, explain, spots = walk.window, walk.window.part(ExplainPart), walk.window.part(SpotsPart)
+        walk.act("spots")
+        walk.until(lambda: spots.spots is not None)
+        buttons = walk.explain()
+        row = 1
+        while row < number or (number == 0 and buttons is None):
+            buttons, row = walk.explain(), row + 1
+        walk.rest(1.0)
+        explain.panel.rays.setChecked(False)
+        explain.panel.samples.setChecked(False)
+        window.bench.show_panel("Display")
+        walk.keep("1-found")
+        explain.panel.rays.setChecked(True)
+        explain.panel.samples.setChecked(True)
+        window.bench.show_panel("Explain")
+        walk.keep("2-explained")
+        explain.panel.view.entered.emit(explain.panel.view.proxy.index(0, 0))
+        walk.until(lambda: "→" in explain.panel._without.text())
+        walk.keep("3-without")
+        if buttons is None:
+            raise SystemExit("no remedy can be written here")
+        previewed: list[object] = []
+        explain.live.previewed.connect(previewed.append)
+        buttons[0].click()
+        walk.until(lambda: bool(previewed))
+        window.docks["Explain"].widget().ensureWidgetVisible(buttons[0])  # type: ignore[union-attr]
+        walk.keep("4-preview")
+        buttons[1].click()
+        walk.until(walk.scene.with_name(walk.scene.name + ".obscura.toml").exists)
+        baked: list[object] = []
+        window.controller.bake_ended.connect(baked.append)
+        walk.act("bake")
+        walk.until(lambda: bool(baked) and window.controller.is_idle)
+        walk.act("compare-before")
+        walk.until(lambda: window.part(ComparisonPart).compared is not None)
+        window.bench.show_panel(COMPARISON)
+        walk.keep("5-compared")
+        window.close()
+
+
+if __name__ == "__main__":
+    arguments = sys.argv[1:]
+    main(
+        Path(arguments[0]).resolve(),
+        Path(arguments[1]),
+        int(arguments[2]) if len(arguments) > 2 else 0,
+        arguments[3] if len(arguments) > 3 else "preview",
+    )
