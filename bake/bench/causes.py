@@ -38,6 +38,9 @@ MOST_ROUNDS = 40
 SIZES = (1.0, 0.6, 0.35)
 """Sizes of the injections; the largest for which the scene has room is taken."""
 
+AS_SEEN = 0.05
+"""AO by which a level's own dark spot may differ from what its rays see, to count as right."""
+
 ENOUGH_PLACES = 16
 SEED = 20_26
 
@@ -102,7 +105,8 @@ def judge_level(path: Path, settings: BakeSettings, scale: float, most: int, see
     """What is said of the level's own dark spots whose values are what their rays see."""
     scene = scaled(load_scene(path, crease_angle=settings.crease_angle), scale)
     made = level_round(Site(path.stem, scene, 1.0, settings), np.random.default_rng([seed, 2]), 2 * most)
-    return judge_round(made, path.stem)[:most] if made is not None else []
+    outcomes = judge_round(made, path.stem) if made is not None else []
+    return [item for item in outcomes if abs(item.value - item.truth) < AS_SEEN][:most]
 
 
 def mend_scene(path: Path, settings: BakeSettings, scale: float, seed: int) -> list[Mended]:
