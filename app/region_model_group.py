@@ -162,8 +162,8 @@ def energy_text(energies: np.ndarray, *, as_baked: bool) -> str:
     """How the descent went, in a line."""
     if as_baked:
         return "As baked."
-    if len(energies) < 2:
+    if not len(energies):
         return "Nothing to regularise: the models are as fitted."
-    last = energies[-1] / energies[0] if energies[0] > 0.0 else 1.0
-    sweeps = len(energies) - 1
-    return f"{sweeps:,} sweep{'s' if sweeps > 1 else ''} brought the energy to {last:.2%} of what it was."
+    before, after = energies[-1].tolist()
+    fall = 1.0 - after / before if before > 0.0 else 0.0
+    return f"{len(energies):,} sweep{'s' if len(energies) > 1 else ''}; the last lowered the energy by {fall:.2%}."

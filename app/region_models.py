@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bake.region_types import PointState, RegionGraph, RegionPoints, Regions
-from bake.regions.fit import with_errors
-from bake.regions.models import fit_and_absorb, regularised_regions
+from bake.regions.crossings import Crossings, find_crossings
+from bake.regions.models import fit_and_absorb, regularised_models, regularised_regions
 from bake.regions.moments import Moments, sum_points
-from bake.regions.regularise import regularise
 from bake.settings import BakeSettings
 from bake.types import BoolArray, Float64Array, Int64Array, UInt8Array
 
@@ -41,10 +40,12 @@ class Sums:
     Attributes:
         state: Of every grid point when they were summed.
         moments: Sums over the valid ones of each region.
+        crossings: Where characters cross from region to region.
     """
 
     state: UInt8Array
     moments: Moments
+    crossings: Crossings
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +56,7 @@ class Refit:
         fit: Which models were fitted.
         regions: With other points or models; graph and tracing are those of the bake.
         sums: Over their points.
-        energies: Shape (sweeps + 1,): E before and after each sweep of the regularisation.
+        energies: Shape (sweeps, 2): E before and after each sweep of the regularisation, under its weights.
     """
 
     fit: Fit
@@ -101,7 +102,7 @@ def summed(points: RegionPoints, graph: RegionGraph, known: Sums | None = None) 
     """Sums over valid points; of regions whose points are as they were in `known`, its own."""
     state = np.asarray(points.state)
     if known is None or len(known.state) != len(state):
-        return Sums(state, sum_points(points, graph))
+        return Sums(state, sum_points(points, graph), find_crossings(graph, points))
     changed = np.flatnonzero((state != known.state).reshape(len(graph), -1).any(axis=1))
     if not len(changed):
         return known
@@ -113,7 +114,7 @@ def summed(points: RegionPoints, graph: RegionGraph, known: Sums | None = None) 
     )  # fmt: skip
     for whole, part in parts:
         whole[changed] = part
-    return Sums(state, Moments(*(whole for whole, _ in parts)))
+    return Sums(state, Moments(*(whole for whole, _ in parts)), find_crossings(graph, points))
 
 
 def refit(
@@ -136,15 +137,10 @@ def refit(
         return Refit(fit, regions, sums, energies)
     base = baked if known is None else known.regions
     sums = summed(base.points, base.graph, sums) if known is None else known.sums
-    smooth = regularise(
-        base.fitted,
-        base.graph,
-        beta=settings.region_beta,
-        sweeps=settings.region_sweeps,
-        tolerance=settings.region_tolerance,
-        owner=base.owner,
+    smooth = regularised_models(
+        base.fitted, base.graph, settings, owner=base.owner, moments=sums.moments, crossings=sums.crossings
     )
-    regions = replace(base, regularised=with_errors(smooth.models, sums.moments), mismatch_after=smooth.mismatch)
+    regions = replace(base, regularised=smooth.models, mismatch_after=smooth.mismatch)
     return Refit(fit, regions, sums, smooth.energies)
 
 

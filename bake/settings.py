@@ -221,9 +221,9 @@ class BakeSettings:
         advanced=True,
     )
     region_beta: float = setting(
-        10.0,
+        0.5,
         "Regularisation",
-        "Weight of agreement between neighbouring region models: 1 gentle, 10 smooth, 0 none",
+        "Weight of agreement between neighbouring region models: 0.5 gentle, 10 smooth, 0 none; bounds steps as well",
         low=0.0,
         high=1e9,
         affects="regions",

@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--speed", type=float, default=1.5, metavar="M/S", help="walking speed (1.5)")
     parser.add_argument("--fps", type=float, default=60.0, metavar="N", help="frames a second (60)")
     parser.add_argument(
-        "--half-life", type=float, default=0.15, metavar="S", help="half-life of the blending in time (0.15); 0: none"
+        "--half-life", type=float, default=0.25, metavar="S", help="half-life of the blending in time (0.25); 0: none"
     )
     parser.add_argument("--normal", default="0,1,0", metavar="X,Y,Z", help="the normal of plots and CSV (0,1,0)")
     parser.add_argument("--distance", type=float, metavar="M", help="which baked distance (the longest)")

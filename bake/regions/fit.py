@@ -83,6 +83,14 @@ class GroupedPoints:
         coefficients, determined = solve(design, cross, self._together(self._volume_share[:, None, None] * unseen))
         return Fit(coefficients, determined, squared_error(design, cross, square, coefficients))
 
+    def gram(self, centre: Float64Array, half: Float64Array) -> Float64Array:
+        """What a fit weighs its columns by: means of their products over the valid points, and the little that others
+        count, shape (r, 7, 7); offsets from centres, shape (r, 3), in units of `half`, shape (r, 3)."""
+        centre, half = centre[self._owner], half[self._owner]
+        design = self._together(self._share[:, None, None] * self._moments.normal_equations(centre, half)[0])
+        unseen = self._volume_share[:, None, None] * self._moments.unseen(centre, half)
+        return design + UNSEEN * self._together(unseen)
+
     def _together(self, values: Float64Array) -> Float64Array:
         """Sums over each group, at its owner's row."""
         sums = np.zeros_like(values)

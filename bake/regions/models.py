@@ -7,14 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bake.arrays import Float32Array, Float64Array
+from bake.arrays import Float32Array, Float64Array, Int32Array
 from bake.region_types import RegionGraph, RegionModels, RegionPoints, Regions
 from bake.regions.absorb import Absorption, absorb
+from bake.regions.crossings import Crossings, find_crossings
 from bake.regions.fit import fit_regions, with_errors
 from bake.regions.mismatch import boundary_mismatch
 from bake.regions.moments import Moments, sum_points
 from bake.regions.probes import judged
-from bake.regions.regularise import regularise
+from bake.regions.regularise import Regularised, regularise
 from bake.settings import BakeSettings
 from bake.types import BakeResult
 
@@ -78,21 +79,17 @@ def mean_error(rmse: Float32Array) -> float:
 def regularised_regions(
     points: RegionPoints, graph: RegionGraph, fitted: FittedRegions, settings: BakeSettings
 ) -> tuple[Regions, Float64Array]:
-    """The finished regions, and the energy before and after each sweep."""
+    """The finished regions, and the energy before and after each sweep, shape (sweeps, 2)."""
     absorption = fitted.absorption
-    outcome = regularise(
-        fitted.models,
-        graph,
-        beta=settings.region_beta,
-        sweeps=settings.region_sweeps,
-        tolerance=settings.region_tolerance,
-        owner=absorption.owner,
+    crossings = find_crossings(graph, points)
+    outcome = regularised_models(
+        fitted.models, graph, settings, owner=absorption.owner, moments=fitted.moments, crossings=crossings
     )
     regions = Regions(
         graph=graph,
         points=points,
         fitted=fitted.models,
-        regularised=with_errors(outcome.models, fitted.moments),
+        regularised=outcome.models,
         mismatch_before=boundary_mismatch(fitted.models, graph),
         mismatch_after=outcome.mismatch,
         absorbed=tuple((graph.names[i], graph.names[int(absorption.owner[i])]) for i in absorption.absorbed),
@@ -100,6 +97,38 @@ def regularised_regions(
         owner=absorption.owner,
     )
     return regions, outcome.energies
+
+
+def regularised_models(
+    fitted: RegionModels,
+    graph: RegionGraph,
+    settings: BakeSettings,
+    *,
+    owner: Int32Array,
+    moments: Moments,
+    crossings: Crossings,
+) -> Regularised:
+    """Fitted models drawn together as the settings say, with their errors.
+
+    Args:
+        fitted: One a region.
+        graph: The regions.
+        settings: Those of the regularisation count.
+        owner: Shape (r,): whose model each region uses.
+        moments: Sums over the valid points.
+        crossings: What `find_crossings` gives.
+    """
+    outcome = regularise(
+        fitted,
+        graph,
+        beta=settings.region_beta,
+        sweeps=settings.region_sweeps,
+        tolerance=settings.region_tolerance,
+        owner=owner,
+        moments=moments,
+        crossings=crossings,
+    )
+    return outcome._replace(models=with_errors(outcome.models, moments))
 
 
 def refit_regions(result: BakeResult, settings: BakeSettings, *, moments: Moments | None = None) -> Regions:
@@ -118,13 +147,12 @@ def refit_regions(result: BakeResult, settings: BakeSettings, *, moments: Moment
     if any(getattr(settings, name) != getattr(result.settings, name) for name in _FIT_SETTINGS):
         points = judged(regions.points, settings.back_face_threshold)
         return regularised_regions(points, graph, fit_and_absorb(points, graph, settings), settings)[0]
-    outcome = regularise(
+    outcome = regularised_models(
         regions.fitted,
         graph,
-        beta=settings.region_beta,
-        sweeps=settings.region_sweeps,
-        tolerance=settings.region_tolerance,
+        settings,
         owner=regions.owner,
+        moments=moments or sum_points(regions.points, graph),
+        crossings=find_crossings(graph, regions.points),
     )
-    models = with_errors(outcome.models, moments or sum_points(regions.points, graph))
-    return dataclasses.replace(regions, regularised=models, mismatch_after=outcome.mismatch)
+    return dataclasses.replace(regions, regularised=outcome.models, mismatch_after=outcome.mismatch)

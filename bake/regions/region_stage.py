@@ -172,7 +172,7 @@ def _fitted(fitted: FittedRegions) -> str:
 def _regularised(regions: Regions, energies: np.ndarray) -> str:
     before, after = (float(values.max(initial=0.0)) for values in (regions.mismatch_before, regions.mismatch_after))
     return (
-        f"{len(energies) - 1} sweeps, worst step at a boundary {before:.3f} → {after:.3f}, "
+        f"{len(energies)} sweeps, worst step at a boundary {before:.3f} → {after:.3f}, "
         f"mean error {mean_error(regions.fitted.rmse):.4f} → {mean_error(regions.regularised.rmse):.4f}"
     )
 

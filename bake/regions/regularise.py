@@ -2,24 +2,36 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
 
-from bake.arrays import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array
-from bake.region_types import PARAMETERS, RegionGraph, RegionModels
-from bake.regions.colouring import colouring
+from bake import spherical_harmonics
+from bake.arrays import BoolArray, Float32Array, Float64Array, Int32Array
+from bake.region_types import RegionGraph, RegionModels
+from bake.regions.crossings import Crossings, middles
+from bake.regions.descent import Descent
 from bake.regions.evaluate import basis
-from bake.regions.fit import RIDGE
-from bake.regions.gram import box_gram, box_volumes, group_boxes
+from bake.regions.gram import group_boxes
+from bake.regions.metric import determined_terms, whitening
 from bake.regions.mismatch import boundary_mismatch
+from bake.regions.moments import Moments
 
-_SPHERE = 4.0 * math.pi
-_UNKNOWN = 1e-3  # weight of the fit of a region without points
-_UNSEEN = 1e-12  # of the largest eigenvalue: less is rounding
-_LARGEST_LOBE = 9.0 / _SPHERE  # Σ Y² of the nine functions, the same in every direction: bounds AO by coefficients
+LARGEST_STEP = 0.12
+"""Steps of AO beyond this are drawn together harder: blended over 0.15 s, it makes 0.009 a frame at 60 Hz."""
+
+LARGEST_SLOPE = 0.25
+"""Slopes of AO beyond this, 1/m, are held back harder: at 1.5 m/s it makes 0.006 a frame at 60 Hz."""
+
+DARK = 0.4
+"""In levels that are dark at a distance, the largest step as a share of their mean AO; slopes in proportion."""
+
+_A_ROUND = 4  # sweeps between changes of the weights
+_ROUNDS = 10
+_REACHED = 1.05  # of the largest step: no more than this counts as reached
+_HARDER, _SOFTER = 8.0, 0.5  # most by which a weight changes
+_LARGEST_BETA = 1e6  # beyond it nothing changes that anyone sees, but rounding errors grow
+_LEAST, _MOST = 1e-3, 1e4  # weights that steps begin and end with
 
 
 class Regularised(NamedTuple):
@@ -27,7 +39,8 @@ class Regularised(NamedTuple):
 
     Attributes:
         models: The same models, drawn together. Their `rmse` is that of the fit: `fit.with_errors` gives the new one.
-        energies: Shape (sweeps + 1,), float64: E before and after each sweep, never rising.
+        energies: Shape (sweeps, 2), float64: E before and after each sweep, under the weights of that sweep; no sweep
+            raises it.
         mismatch: Shape (l, k), float32, as `boundary_mismatch` gives it.
     """
 
@@ -44,42 +57,55 @@ def regularise(
     sweeps: int = 50,
     tolerance: float = 1e-4,
     owner: Int32Array | None = None,
+    moments: Moments | None = None,
+    crossings: Crossings | None = None,
+    largest_step: float = LARGEST_STEP,
+    largest_slope: float = LARGEST_SLOPE,
 ) -> Regularised:
     """Minimises, by block coordinate descent over the regions,
 
-        E = Σ_i |M_i - M_orig,i|² + β Σ_i Σ_{j ∈ N(i)} w_ij |M_i(b_ij) - M_j(b_ij)|²
+        E = Σ_i |M_i - M_orig,i|² + Σ_i Σ_{j ∈ N(i)} Σ_q (β w_ij s_q + h_q) |M_i(b_q) - M_j(b_q)|²
+            + Σ_i Σ_a g_ia |∂_a M_i|²
 
-    |M|² is the mean square of AO over the region's box and over all normals, summed over the distances, plus the fit's
-    ridge on the derivatives: in half extents of the region, so that it means the same in a closet and in a hall. w_ij
-    is the area of their boundary over the area of all of i's boundaries, so that β has no unit and depends on no scale;
-    a link counts from both of its ends. Derivatives that no point determined stay zero; a region without any point has
-    no fit to keep to, so that its first term counts next to nothing and its model becomes what suits its neighbours.
+    |M|² is the mean square of AO over the region's valid points and over all normals, summed over the distances (see
+    `metric.whitening`). b_q are the places at which a character may cross the boundary; s_q shares the weight out, half
+    of it to the middle. w_ij is the area of the boundary over the area of all of i's boundaries, so that β has no unit
+    and depends on no scale; a link counts from both of its ends. Derivatives that no point determined stay zero; a
+    region without any point has no fit to keep to, so that its first term counts next to nothing and its model becomes
+    what suits its neighbours.
 
-    A step sets one region to its minimum while its neighbours stand still, so that E never rises; regions that share no
-    link are set side by side. E is a strictly convex quadratic: the descent converges to its minimum.
+    A mean over boundaries leaves steps at some, above all at small openings of large regions. So every fourth sweep the
+    further weights h_q, of each distance its own, grow where models still step by more than `largest_step` and fall
+    where they step less, by the square of the ratio: an iteratively reweighted least-squares problem, whose solution
+    moves the fits just so far that no step is larger. The weights g_ia of derivatives do the same for slopes beyond
+    `largest_slope`: else small rooms would bridge in a few frames what they differ by from their neighbours.
+
+    A sweep sets one region after the other to its minimum while its neighbours stand still, so that E does not rise;
+    regions that share no link are set side by side. For given weights E is a strictly convex quadratic, and the descent
+    converges to its minimum.
 
     Args:
         models: As fitted.
         graph: The regions and their links.
         beta: β; 0 gives the models back as they are.
         sweeps: Most passes over all regions.
-        tolerance: It ends once no model's AO, about any normal, changed by more at any boundary in a pass.
+        tolerance: It ends once no model's AO changed by more, RMS, in a pass, and no step is too large.
         owner: Shape (r,): whose model each region uses (see `Regions.owner`); its own without it.
+        moments: Sums over the valid points; without them |M|² is over the boxes.
+        crossings: Where characters cross; the middle of each boundary without it.
+        largest_step: Of AO, about the worst of six axis normals, or `DARK` of the mean AO if that is less; infinity
+            for no further weights.
+        largest_slope: Of AO, 1/m, in the same proportion where it is dark.
     """
     owner = np.arange(len(graph), dtype=np.int32) if owner is None else owner
     ends = owner[graph.link]
     joined = (ends[:, 0] != ends[:, 1]) & (graph.link_area > 0.0)
     if beta == 0.0 or sweeps == 0 or not joined.any():
-        return Regularised(models, np.zeros(1), boundary_mismatch(models, graph))
-    descent = _Descent(models, graph, owner, joined, beta)
-    energies = [descent.energy()]
-    for _ in range(sweeps):
-        changed = descent.sweep()
-        energies.append(descent.energy())
-        if changed <= tolerance:
-            break
-    regularised = descent.models()
-    return Regularised(regularised, np.array(energies), boundary_mismatch(regularised, graph))
+        return Regularised(models, np.zeros((0, 2)), boundary_mismatch(models, graph))
+    problem = _Problem(models, graph, owner, joined, moments, crossings or middles(graph))
+    energies = problem.solve(beta, sweeps, tolerance, largest_step, largest_slope)
+    regularised = problem.models()
+    return Regularised(regularised, energies, boundary_mismatch(regularised, graph))
 
 
 def link_weights(area: Float64Array, ends: Int32Array, count: int) -> Float64Array:
@@ -88,119 +114,131 @@ def link_weights(area: Float64Array, ends: Int32Array, count: int) -> Float64Arr
     return area * (1.0 / total[ends]).sum(axis=1)
 
 
-class _Descent:
-    """The problem in coordinates y in which |M|² is a plain sum of squares, all harmonics and distances side by side.
+def place_shares(counts: BoolArray) -> Float64Array:
+    """How the weight of a link is shared among its places, shape (l, p): half to the middle, half to the others."""
+    others = counts[:, 1:].sum(axis=1, keepdims=True)
+    share = np.where(counts, 0.5 / np.maximum(others, 1), 0.0)
+    share[:, 0] = np.where(others[:, 0] > 0, 0.5, 1.0)
+    return share
 
-    With G = L Lᵀ the Gram matrix of a region's basis functions, y = Lᵀ d for parameters d, and a boundary's value is
-    (L⁻¹ φ)ᵀ y. A region's minimum is then K (y_orig + β Σ w φ t), K = (1 + β Σ w φ φᵀ)⁻¹, t its neighbours' values.
+
+class _Weights:
+    """Weights of one distance, of places and of derivatives, that grow where a bound is not kept.
+
+    Attributes:
+        places: Shape (l, p).
+        slopes: Shape (r, 6).
+
+    Args:
+        gentle: Shape (l, p): those of places that steps have at least.
+        counts: Shape (l, p), bool: which rows are places.
+        free: Shape (r, 6), bool: derivatives that may change, of regions that are linked.
     """
 
+    def __init__(self, gentle: Float64Array, counts: BoolArray, free: BoolArray) -> None:
+        self.places, self.slopes = gentle, np.zeros(free.shape)
+        self._gentle, self._counts, self._free = gentle, counts, free
+
+    def grow(self, steps: Float64Array, slopes: Float64Array, largest_step: float, largest_slope: float) -> bool:
+        """By the square of how far each is beyond its bound, or back; returns whether any was."""
+        steps, slopes = np.where(self._counts, steps, 0.0), np.where(self._free, slopes, 0.0)
+        if steps.max() <= _REACHED * largest_step and slopes.max() <= _REACHED * largest_slope:
+            return False
+        self.places = np.maximum(_grown(self.places, steps / largest_step), self._gentle)
+        self.slopes = _grown(self.slopes, slopes / largest_slope)
+        return True
+
+
+def _grown(weights: Float64Array, ratio: Float64Array) -> Float64Array:
+    grown = np.minimum(np.maximum(weights, _LEAST) * np.clip(ratio**2, _SOFTER, _HARDER), _MOST)
+    return np.where(grown > _LEAST, grown, 0.0)
+
+
+class _Problem:
+    """Models and places in the coordinates of the descent."""
+
     def __init__(
-        self, models: RegionModels, graph: RegionGraph, owner: Int32Array, joined: BoolArray, beta: float
+        self,
+        models: RegionModels,
+        graph: RegionGraph,
+        owner: Int32Array,
+        joined: BoolArray,
+        moments: Moments | None,
+        crossings: Crossings,
     ) -> None:
         self._fitted, self._owner = models, owner
         self._ends: Int32Array = owner[graph.link[joined]]
         self._half = group_boxes(graph.minimum, graph.maximum, owner)[1]
-        self._free = np.unpackbits(models.terms[:, None], axis=1, count=PARAMETERS, bitorder="little").astype(np.bool_)
-        self._free[:, 0] = True
-        unknown = models.terms == 0
-        self._free[unknown] = True
-        self._root = _whitening(models, graph, owner, self._half, self._free)
-        self._root[unknown] *= math.sqrt(_UNKNOWN)
-        self._lengths = np.ones((len(graph), PARAMETERS))
+        self._free = determined_terms(models)
+        self._root = whitening(models, graph, owner, self._half, self._free, moments)
+        self._lengths = np.ones((len(graph), models.coefficients.shape[1]))
         self._lengths[:, 1:] = np.repeat(self._half, 2, axis=1)
-        parameters = models.coefficients.reshape(len(graph), PARAMETERS, -1) * self._lengths[:, :, None]
-        self._y = np.swapaxes(self._root, 1, 2) @ parameters
-        self._start = self._y.copy()
-        self._weights = beta * link_weights(graph.link_area[joined], self._ends, len(graph))
-        self._phi = np.stack([self._at_boundary(end, graph.link_centre[joined]) for end in self._ends.T], axis=1)
-        self._prepare_sweeps(len(graph))
-        self._values = self._boundary_values()
+        self._counts = crossings.counts[joined]
+        self._share = link_weights(graph.link_area[joined], self._ends, len(graph))[:, None] * place_shares(
+            self._counts
+        )
+        phi = np.stack([self._at(end, crossings.position[joined]) for end in self._ends.T])
+        start = np.einsum("rqp,rqck->krpc", self._root, models.coefficients * self._lengths[:, :, None, None])
+        inverse = np.swapaxes(np.linalg.inv(self._root), 1, 2)[:, 1:]
+        self._held = self._free[:, 1:] & (np.bincount(self._ends.ravel(), minlength=len(graph)) > 0)[:, None]
+        slopes = np.where(self._free[:, 1:, None], inverse / self._lengths[:, 1:, None], 0.0)
+        self._descents = [Descent(own, self._ends, phi, slopes) for own in start]
 
-    def _at_boundary(self, end: Int32Array, position: Float64Array) -> Float64Array:
-        offsets = (position - self._fitted.centre[end]) / self._half[end]
-        phi = np.where(self._free[end], basis(offsets), 0.0)
-        return np.linalg.solve(self._root[end], phi[:, :, None])[:, :, 0].astype(np.float64)
-
-    def _prepare_sweeps(self, count: int) -> None:
-        """What a sweep needs, by colour: regions, their neighbours' values and what each value adds."""
-        linked = np.unique(self._ends)
-        pull = np.zeros((count, PARAMETERS, PARAMETERS))
-        for side in (0, 1):
-            phi = self._phi[:, side]
-            np.add.at(pull, self._ends[:, side], self._weights[:, None, None] * phi[:, :, None] * phi[:, None, :])
-        values, vectors = np.linalg.eigh(pull)
-        turned = np.swapaxes(vectors, 1, 2)
-        # Directions that no boundary sees must stay free of the rounding errors of those that a large β pins.
-        seen: BoolArray = values > _UNSEEN * values[:, -1:]
-        shrink = 1.0 / (1.0 + np.where(seen, values, 0.0))
-        resting = vectors @ (shrink[:, :, None] * (turned @ self._start))
-        colour = colouring(count, self._ends)
-        one_end, other_end = self._ends.T.ravel(), self._ends[:, ::-1].T.ravel()
-        own_phi = np.concatenate([self._phi[:, 0], self._phi[:, 1]])
-        other_phi = np.concatenate([self._phi[:, 1], self._phi[:, 0]])
-        own_turned = (turned[one_end] @ own_phi[:, :, None])[:, :, 0]
-        own_turned = np.where(seen[one_end], own_turned * shrink[one_end], 0.0)
-        added = np.tile(self._weights, 2)[:, None] * (vectors[one_end] @ own_turned[:, :, None])[:, :, 0]
-        self._read = _rows(np.concatenate([self._ends[:, 0], self._ends[:, 1]]), own_phi, count)
-        self._colours: list[tuple[Int64Array, Float64Array, csr_array, csr_array]] = []
-        position = np.zeros(count, np.int64)
-        for number in range(int(colour[linked].max()) + 1):
-            regions = linked[colour[linked] == number].astype(np.int64)
-            position[regions] = np.arange(len(regions))
-            here = np.flatnonzero(colour[one_end] == number)
-            read = _rows(other_end[here], other_phi[here], count)
-            add = _rows(position[one_end[here]], added[here], len(regions)).T.tocsr()
-            self._colours.append((regions, resting[regions], read, add))
-
-    def sweep(self) -> float:
-        """Sets every region once; returns the most that AO changed at a boundary, about whatever normal."""
-        channels = self._y.shape[2]
-        for regions, resting, read, add in self._colours:
-            moved = add @ (read @ self._y.reshape(-1, channels))
-            self._y[regions] = resting + moved.reshape(resting.shape)
-        before, self._values = self._values, self._boundary_values()
-        change = (self._values - before).reshape(len(before), 9, -1)
-        return math.sqrt(_LARGEST_LOBE * float((change**2).sum(axis=1).max(initial=0.0)))
-
-    def energy(self) -> float:
-        """E, in squared AO."""
-        first, second = np.split(self._values, 2)
-        moved = ((self._y - self._start) ** 2).sum()
-        return float(moved + (self._weights[:, None] * (first - second) ** 2).sum()) / _SPHERE
+    def solve(
+        self, beta: float, sweeps: int, tolerance: float, largest_step: float, largest_slope: float
+    ) -> Float64Array:
+        """Descends; returns E before and after each sweep."""
+        shown = np.minimum(1.0, DARK * self._mean() / LARGEST_STEP)
+        bounds = [(largest_step * own, largest_slope * own) for own in shown.tolist()]
+        weights = [_Weights(min(beta, _LARGEST_BETA) * self._share, self._counts, self._held) for _ in self._descents]
+        for descent, own in zip(self._descents, weights, strict=True):
+            descent.weigh(own.places, own.slopes)
+        energies: list[tuple[float, float]] = []
+        last, rounds, reached = self._energy(), 0, False
+        while len(energies) < sweeps:
+            changed = max(descent.sweep() for descent in self._descents)
+            energy = self._energy()
+            energies.append((last, energy))
+            last = energy
+            settled = changed <= tolerance
+            if not reached and rounds < _ROUNDS and (settled or len(energies) % _A_ROUND == 0):
+                reached = self._reweigh(weights, bounds)
+                rounds += 1
+                last = self._energy()
+            elif settled:
+                break
+        return np.array(energies)
 
     def models(self) -> RegionModels:
         """The models as they stand."""
         fitted = self._fitted
-        parameters = np.linalg.solve(np.swapaxes(self._root, 1, 2), self._y) / self._lengths[:, :, None]
-        parameters = np.where(self._free[:, :, None], parameters, 0.0)
         coefficients = fitted.coefficients.copy()
         linked = np.unique(self._ends)
-        coefficients[linked] = parameters.reshape(fitted.coefficients.shape)[linked]
+        y = np.stack([descent.y for descent in self._descents], axis=3)[linked]
+        flat = y.reshape(*y.shape[:2], -1)
+        parameters = np.linalg.solve(np.swapaxes(self._root[linked], 1, 2), flat) / self._lengths[linked, :, None]
+        coefficients[linked] = np.where(self._free[linked, :, None], parameters, 0.0).reshape(y.shape)
         return RegionModels(fitted.centre, coefficients[self._owner], fitted.terms, fitted.centre_kind, fitted.rmse)
 
-    def _boundary_values(self) -> Float64Array:
-        """Harmonics at every link as its first and then as its second region has them, shape (2 l, 9 k)."""
-        return self._read @ self._y.reshape(-1, self._y.shape[2])
+    def _reweigh(self, weights: list[_Weights], bounds: list[tuple[float, float]]) -> bool:
+        """Changes the weights where steps or slopes are too large; returns whether none was."""
+        within = True
+        for descent, own, bound in zip(self._descents, weights, bounds, strict=True):
+            if own.grow(descent.steps(), descent.slopes(), *bound):
+                descent.weigh(own.places, own.slopes)
+                within = False
+        return within
 
+    def _mean(self) -> Float64Array:
+        """Mean AO of the regions at each distance, shape (k,)."""
+        mean = self._fitted.coefficients[np.unique(self._owner), 0, 0].mean(axis=0)
+        return np.clip(mean * spherical_harmonics.Y0, 1e-3, 1.0)
 
-def _whitening(
-    models: RegionModels, graph: RegionGraph, owner: Int32Array, half: Float64Array, free: BoolArray
-) -> Float64Array:
-    """L of each region's Gram matrix, shape (r, 7, 7): the mean over the boxes that share the model, by volume."""
-    volume = box_volumes(graph.minimum, graph.maximum)
-    share = volume / np.bincount(owner, volume, len(graph))[owner]
-    each = box_gram(graph.minimum, graph.maximum, models.centre[owner], half[owner])
-    gram = np.zeros_like(each)
-    np.add.at(gram, owner, share[:, None, None] * each)
-    gram = np.where(free[:, :, None] & free[:, None, :], gram, 0.0)
-    ridge = np.where(free, RIDGE, 1.0)
-    ridge[:, 0] = np.where(np.bincount(owner, minlength=len(graph)) > 0, 0.0, 1.0)
-    return np.linalg.cholesky(gram + np.eye(PARAMETERS) * ridge[:, :, None]).astype(np.float64)
+    def _energy(self) -> float:
+        return sum(descent.energy() for descent in self._descents)
 
-
-def _rows(region: np.ndarray, values: Float64Array, count: int) -> csr_array:
-    """One row an entry: its seven values in the columns of its region, shape (n, 7 · count)."""
-    columns = region[:, None].astype(np.int64) * PARAMETERS + np.arange(PARAMETERS)
-    starts = np.arange(len(region) + 1) * PARAMETERS
-    return csr_array((values.ravel(), columns.ravel(), starts), shape=(len(region), count * PARAMETERS))
+    def _at(self, end: Int32Array, position: Float64Array) -> Float64Array:
+        """L⁻¹ φ of regions at the places of their links, shape (l, p, 7)."""
+        offsets = (position - self._fitted.centre[end][:, None]) / self._half[end][:, None]
+        phi = np.where(self._free[end][:, None], basis(offsets), 0.0)
+        return np.swapaxes(np.linalg.solve(self._root[end], np.swapaxes(phi, 1, 2)), 1, 2).astype(np.float64)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bake.regions.boxes import Boxes
 from bake.types import BoolArray, Float64Array, Int32Array, Regions
-from bake.walk.boxes import Boxes
 from bake.walk.frames import Frames, frames_along
 from bake.walk.lag import Leavings, leavings
 from bake.walk.spatial import SpatialBlend, Weights

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bake.region_types import RegionGraph
+from bake.regions.boxes import Boxes
 from bake.types import Float64Array, Int32Array, Int64Array
-from bake.walk.boxes import Boxes
 
 LARGEST_MARGIN = 0.5
 MARGIN_SHARE = 0.2

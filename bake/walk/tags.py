@@ -16,17 +16,12 @@ from __future__ import annotations
 import numpy as np
 
 from bake.region_types import RegionGraph
+from bake.regions.boxes import Boxes
+from bake.regions.crossings import MARGIN
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
-from bake.walk.boxes import Boxes
-
-MARGIN = 0.2
-"""Metres by which a neighbour must hold the character better, so that it may stroll along a boundary."""
 
 NEAR = 1.0
 """Metres from its box within which a region still counts where no linked neighbour holds the character."""
-
-_DEEPEST = 1.0  # metres from the nearest face beyond which a box holds a point no better
-_A_DECADE = 0.25  # metres less that a box of ten times the volume holds a point
 
 _FRAMES_AT_ONCE = 256
 
@@ -69,19 +64,10 @@ def tag_regions(
 
 def _score(boxes: Boxes, regions: Int64Array, points: Float64Array) -> Float64Array:
     """How well regions hold points, shape (n, 3) → (n, regions), metres; -inf where they do not."""
-    score = _held_depth(boxes, regions, points)
+    score = boxes.held_depth(regions, points[:, None])
     point, number = np.nonzero(np.isfinite(score))
     reached = boxes.open_share(regions[number], points[point]) > 0.0
     score[point[~reached], number[~reached]] = -np.inf
-    return score
-
-
-def _held_depth(boxes: Boxes, regions: Int64Array, points: Float64Array) -> Float64Array:
-    """The same, whether or not the regions reach the points."""
-    place = points[:, None]
-    inner = np.minimum(place - boxes.minimum[regions], boxes.maximum[regions] - place).min(axis=2)
-    score: Float64Array = np.minimum(inner, _DEEPEST) - _A_DECADE * np.log10(boxes.size[regions].prod(axis=1))
-    score[inner < 0.0] = -np.inf
     return score
 
 
@@ -100,7 +86,7 @@ def _next(boxes: Boxes, neighbours: list[Int64Array], point: Float64Array, last:
     if not len(around):
         return int(boxes.distance(point).argmin()), False
     if not np.isfinite(score).any():
-        score = _held_depth(boxes, around, point[None])[0]
+        score = boxes.held_depth(around, point)
     return int(around[score.argmax()]), True
 
 

@@ -11,13 +11,13 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from bake.errors import InputError
+from bake.regions.boxes import Boxes
 from bake.regions.floor_below import HEIGHT, Floor
 from bake.regions.free_space import FreeSpace
 from bake.regions.obstacles import CUT_OUT
 from bake.regions.rays import Nearest
 from bake.regions.upright import Upright
 from bake.types import BoolArray, Float64Array, Regions, World
-from bake.walk.boxes import Boxes
 from bake.walk.path import path_through, places
 from bake.walk.routes import Routes
 from bake.walk.standing import SHOULDER

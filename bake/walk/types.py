@@ -74,7 +74,7 @@ class WalkOptions:
 
     speed: float = 1.5
     frame_rate: float = 60.0
-    half_life: float = 0.15
+    half_life: float = 0.25
     normal: tuple[float, float, float] = (0.0, 1.0, 0.0)
     column: int = -1
 

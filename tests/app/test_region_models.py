@@ -108,6 +108,6 @@ def test_slider_of_beta_covers_its_range() -> None:
 
 
 def test_energy_is_told_in_a_line() -> None:
-    """As baked, nothing to do, or how far it fell."""
+    """As baked, nothing to do, or how far it fell in the end."""
     assert energy_text(np.zeros(0), as_baked=True) == "As baked."
-    assert energy_text(np.array([4.0, 1.0]), as_baked=False) == "1 sweep brought the energy to 25.00% of what it was."
+    assert energy_text(np.array([[4.0, 1.0]]), as_baked=False) == "1 sweep; the last lowered the energy by 75.00%."

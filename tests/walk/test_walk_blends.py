@@ -10,8 +10,8 @@ from synthetic import build_regions, chain, row_of_boxes
 from walk_fields import constants
 
 from bake.region_types import RegionGraph, Regions
+from bake.regions.boxes import Boxes
 from bake.walk import Variant, WalkOptions, path_through, simulate
-from bake.walk.boxes import Boxes
 from bake.walk.spatial import SpatialBlend, Weights
 from bake.walk.temporal import blend_in_time
 

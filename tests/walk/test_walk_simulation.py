@@ -69,7 +69,7 @@ def test_a_jump_is_found_on_its_frame_and_boundary() -> None:
         assert pop.codes == pytest.approx(codes(np.array([0.7]))[0] - codes(np.array([0.4]))[0], abs=1e-3)
     raw, blended = walk.metrics[Variant.RAW], walk.metrics[Variant.BLENDED]
     assert raw.worst_boundary_step == pytest.approx(0.3, abs=1e-5)
-    assert blended.worst_step == pytest.approx(0.3 * (1.0 - 2.0 ** (-1.0 / 60.0 / 0.15)), abs=1e-5)
+    assert blended.worst_step == pytest.approx(0.3 * (1.0 - 2.0 ** (-1.0 / 60.0 / WalkOptions().half_life)), abs=1e-5)
     assert walk.metrics[Variant.SPATIAL].worst_step < 0.02
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from synthetic import build_regions, chain, row_of_boxes
 
 from bake.region_types import GRID, PointState, RegionGraph, Regions
-from bake.walk.boxes import Boxes
+from bake.regions.boxes import Boxes
 from bake.walk.tags import tag_regions
 
 

@@ -7,6 +7,9 @@ import numpy as np
 from bake.region_types import GRID, PointState, RegionGraph, RegionPoints
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 
+_DEEPEST = 1.0  # metres from the nearest face beyond which a box holds a point no better
+_A_DECADE = 0.25  # metres less that a box of ten times the volume holds a point
+
 
 class Boxes:
     """The boxes of a graph with the validity of their grid points.
@@ -41,9 +44,26 @@ class Boxes:
         """How far each box is from one point, shape (r,), metres; 0 inside."""
         return np.linalg.norm(np.maximum(np.maximum(self.minimum - point, point - self.maximum), 0.0), axis=1)
 
-    def clamped(self, region: Int32Array, points: Float64Array) -> Float64Array:
+    def clamped(self, region: Int32Array | Int64Array, points: Float64Array) -> Float64Array:
         """Points, shape (n, 3), moved to the nearest place of their region's box."""
         return np.clip(points, self.minimum[region], self.maximum[region])
+
+    def held_depth(self, region: Int32Array | Int64Array, points: Float64Array) -> Float64Array:
+        """How well boxes hold points, whether or not their regions reach them, metres; -inf outside.
+
+        By the distance to the nearest face, up to a metre; of boxes inside each other the smaller holds better.
+
+        Args:
+            region: Shape (…).
+            points: Shape (…, 3), or what broadcasts with it.
+
+        Returns:
+            Shape (…).
+        """
+        inner = np.minimum(points - self.minimum[region], self.maximum[region] - points).min(axis=-1)
+        score: Float64Array = np.minimum(inner, _DEEPEST) - _A_DECADE * np.log10(self.size[region].prod(axis=-1))
+        score[inner < 0.0] = -np.inf
+        return score
 
     def open_share(self, region: Int32Array | Int64Array, points: Float64Array) -> Float64Array:
         """How much of the free space at points their region reaches, shape (n,), in [0, 1].
