@@ -78,8 +78,7 @@ def measure_explanations(
                 f"against a whole bake in which the object does not cast: up to {OBJECTS} objects that take most at "
                 "random vertices; surface: all vertices; spots: the vertices that the object was chosen for",
                 "estimate: error at a spot before the whole surface was seen; apart: vertices of the surface that "
-                f"differ by more than {WITHOUT_GATE:g}, all of them where coplanar faces of different openness lie "
-                "on each other, so that the search tree decides which one a ray meets",
+                f"differ by more than {WITHOUT_GATE:g}",
                 f"gate: at most {WITHOUT_GATE:g} at the spots, and one vertex in a thousand apart",
             ],
         ),

@@ -8,6 +8,7 @@ import warp as wp
 
 from bake import geometry
 from bake.kernels.closest import Hit, nudged
+from bake.kernels.coincident import settler
 from bake.kernels.surface import Surface, openness_at
 
 wp.set_module_options({"enable_backward": False, "fast_math": False})
@@ -56,6 +57,7 @@ def follower(closest_hit: Any, leaks_at_vertices: bool) -> Any:
     elsewhere.
     """
     second_look = wp.constant(leaks_at_vertices)
+    settled = settler(closest_hit)
 
     @wp.func
     def follow(
@@ -78,12 +80,16 @@ def follower(closest_hit: Any, leaks_at_vertices: bool) -> Any:
                 hit = closest_hit(entry, scene, origin, nudged(direction), t_min, t_max)
             if hit.primitive < 0:
                 break
+            passes = openness_at(surface, hit.primitive, hit.weights)
+            if passes > 0.0:
+                hit = settled(entry, scene, origin, direction, t_min, hit)
+                passes = openness_at(surface, hit.primitive, hit.weights)
             if layer == 0:
                 fate.struck = 1
                 fate.first = hit.primitive
                 if strikes_back(surface, hit):
                     fate.back = 1
-            through = through * openness_at(surface, hit.primitive, hit.weights)
+            through = through * passes
             if through <= threshold or layer == MAX_LAYERS - 1:
                 fate.distance = hit.distance
                 fate.stopped = 1

@@ -1,0 +1,134 @@
+"""Which of several partly open faces in one place a ray meets: the one with the lowest number, whatever the tree.
+
+Cards of leaves are often there twice. Only the first of faces in one place counts, and Embree reports the one that its
+tree leads to first, so a scene with one object more or less would dim a few rays otherwise. Warp's walk breaks ties by
+itself.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from bake.kernels.closest import Hit, bvh_closest, embree_closest, unpack, vec5d
+from bake.kernels.closest_without import bvh_closest_without, embree_closest_without
+
+wp.set_module_options({"enable_backward": False, "fast_math": False})
+
+# The structs are those of `closest_without`; word 8 of a ray is the candidate's distance. All candidates about a known
+# hit are turned down after a look, so that Embree goes on to the next; the nearest stays, the lowest of equal ones.
+_EMBREE = """
+    struct alignas(16) RayHit {
+        float org[3]; float tnear; float dir[3]; float time; float tfar; unsigned mask; unsigned id; unsigned flags;
+        float ng[3]; float u; float v; unsigned prim; unsigned geom; unsigned inst; unsigned inst_prim;
+    } r;
+    struct Context {
+        unsigned instances[8]; unsigned first; unsigned last;
+        float t; unsigned prim; float ng[3]; float u; float v;
+    } context;
+    struct Candidate {
+        int* valid; void* user; Context* context; const float* ray; const unsigned* hit; unsigned count;
+    };
+    struct Arguments {
+        unsigned flags; unsigned features; void* context; void (*filter)(const Candidate*);
+        void* intersect; float width;
+    } arguments;
+    SCENE
+    for (int i = 0; i < 8; ++i) context.instances[i] = 0xffffffffu;
+    context.t = 3.4e38f;
+    context.prim = 0xffffffffu;
+    arguments.flags = 2u;
+    arguments.features = 0xffffffffu;
+    arguments.context = &context;
+    arguments.filter = [](const Candidate* candidate) {
+        Context& best = *candidate->context;
+        candidate->valid[0] = 0;
+        const unsigned prim = candidate->hit[5];
+        const float t = candidate->ray[8];
+        if (prim >= best.first && prim < best.last) return;
+        if (t > best.t || (t == best.t && prim > best.prim)) return;
+        const float* hit = (const float*)candidate->hit;
+        best.t = t; best.prim = prim; best.ng[0] = hit[0]; best.ng[1] = hit[1]; best.ng[2] = hit[2];
+        best.u = hit[3]; best.v = hit[4];
+    };
+    arguments.intersect = nullptr;
+    arguments.width = 0.0f;
+    r.org[0] = o[0]; r.org[1] = o[1]; r.org[2] = o[2]; r.tnear = wp::max(t_min, distance * 0.9999998f);
+    r.dir[0] = d[0]; r.dir[1] = d[1]; r.dir[2] = d[2]; r.time = 0.0f; r.tfar = distance * 1.0000002f;
+    r.mask = 0xffffffffu; r.id = 0; r.flags = 0;
+    r.geom = 0xffffffffu; r.inst = 0xffffffffu; r.inst_prim = 0xffffffffu;
+    ((void (*)(void*, void*, void*))entry)(tree, &r, &arguments);
+    wp::vec_t<5, wp::float64> result;
+    if (context.prim == 0xffffffffu) { result[1] = -1.0; return result; }
+    const float* ng = context.ng;
+    float length = wp::sqrt(ng[0] * ng[0] + ng[1] * ng[1] + ng[2] * ng[2]);
+    float along = ng[0] * d[0] + ng[1] * d[1] + ng[2] * d[2];
+    result[0] = context.t;
+    result[1] = context.prim;
+    result[2] = length > 0.0f ? along / length : 0.0f;
+    result[3] = 1.0f - context.u - context.v;
+    result[4] = context.u;
+    return result;
+"""
+_PLAIN = _EMBREE.replace("SCENE", "context.first = 0u; context.last = 0u; void* tree = (void*)scene;")
+_WITHOUT = _EMBREE.replace(
+    "SCENE",
+    "const unsigned long long* held = (const unsigned long long*)scene; void* tree = (void*)held[0];"
+    "context.first = (unsigned)held[1]; context.last = (unsigned)held[2];",
+)
+
+
+@wp.func_native(_PLAIN)
+def _embree(
+    entry: wp.uint64, scene: wp.uint64, o: wp.vec3, d: wp.vec3, t_min: wp.float32, distance: wp.float32
+) -> vec5d: ...
+
+
+@wp.func_native(_WITHOUT)
+def _embree_without(
+    entry: wp.uint64, scene: wp.uint64, o: wp.vec3, d: wp.vec3, t_min: wp.float32, distance: wp.float32
+) -> vec5d: ...
+
+
+@wp.func
+def _settled(
+    entry: wp.uint64, scene: wp.uint64, origin: wp.vec3, direction: wp.vec3, t_min: wp.float32, hit: Hit
+) -> Hit:
+    found = unpack(_embree(entry, scene, origin, direction, t_min, hit.distance))
+    if found.primitive < 0:  # the hit is that of a nudged ray
+        return hit
+    return found
+
+
+@wp.func
+def _settled_without(
+    entry: wp.uint64, scene: wp.uint64, origin: wp.vec3, direction: wp.vec3, t_min: wp.float32, hit: Hit
+) -> Hit:
+    found = unpack(_embree_without(entry, scene, origin, direction, t_min, hit.distance))
+    if found.primitive < 0:
+        return hit
+    return found
+
+
+@wp.func
+def _as_found(
+    entry: wp.uint64, scene: wp.uint64, origin: wp.vec3, direction: wp.vec3, t_min: wp.float32, hit: Hit
+) -> Hit:
+    return hit
+
+
+_SETTLED: dict[Any, Any] = {
+    embree_closest: _settled,
+    embree_closest_without: _settled_without,
+    bvh_closest: _as_found,
+    bvh_closest_without: _as_found,
+}
+
+
+def settler(closest_hit: Any) -> Any:
+    """The device function that settles which of the faces at a partly open hit counts, for one of `CLOSEST`'s.
+
+    `f(entry, scene, origin, direction, t_min, hit) -> Hit`, with the `t_min` that the hit was found with.
+    """
+    return _SETTLED[closest_hit]

@@ -1,0 +1,53 @@
+"""Of partly open faces in one place the one with the lowest number counts, whatever else is in the scene."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bake.samples import place_samples
+from bake.settings import BakeSettings
+from bake.types import Float32Array, Int32Array, World
+from tests.trace.conftest import open_tracer
+from tests.worlds import icosphere, make_world, quad
+
+SETTINGS = BakeSettings(rays=32, samples_per_face=(6, 6))
+OPENNESS = (0.0, 0.9, 0.2, 0.6)
+"""Of the floor, and of three lids in one place above it."""
+
+
+def lids(spheres: int) -> World:
+    """A floor under three lids in one place; below it spheres that no ray of the floor meets, but that fill a tree."""
+    below = [icosphere(1, 0.3, centre=(0.7 * number - 2.0, -2.0, 0.3 * number)) for number in range(spheres)]
+    world = make_world(quad(3.0), *[quad(9.0, 0.7, up=False) for _ in OPENNESS[1:]], *below)
+    openness = np.zeros(world.face_count, np.float32)
+    for number, value in enumerate(OPENNESS):
+        openness[world.face_object == number] = value
+    return replace(world, face_openness=openness, face_samples=world.face_object == 0)
+
+
+def seen(world: World, body: str) -> tuple[Float32Array, Int32Array]:
+    """AO of the floor's samples, and the first faces that their rays meet."""
+    samples = place_samples(world, SETTINGS)
+    with open_tracer(body, world, SETTINGS) as tracer:
+        found = tracer.record(samples)
+        return tracer.trace_without(samples, 0, None).ao, found.first_face
+
+
+def test_the_lowest_number_counts(fast_body: str) -> None:
+    """The first of the lids is met, and the others are as if they were not there."""
+    ao, first = seen(lids(0), fast_body)
+    lid = make_world(quad(3.0), quad(9.0, 0.7, up=False))
+    openness = np.where(lid.face_object == 1, np.float32(OPENNESS[1]), np.float32(0.0))
+    alone, _ = seen(replace(lid, face_openness=openness, face_samples=lid.face_object == 0), fast_body)
+    assert set(np.unique(first)) <= {-1, 2, 3}
+    np.testing.assert_array_equal(ao, alone)
+
+
+def test_other_objects_do_not_decide(fast_body: str) -> None:
+    """Objects elsewhere change the tree and not the values."""
+    expected, _ = seen(lids(0), fast_body)
+    for spheres in (1, 3, 7):
+        found, _ = seen(lids(spheres), fast_body)
+        np.testing.assert_array_equal(found, expected)
