@@ -17,7 +17,7 @@ and finite termination" (Computational Optimization and Applications 30(1)), alg
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -42,9 +42,10 @@ class BoxSolution:
         x: Shape (n,), float64, in [0, 1].
         iterations: Products with the matrix.
         residual: Shape (c,), float64: per component the norm of the projected gradient over that of the right-hand
-            side, both in the scaled unknowns; 0 where both vanish.
+            side, both in the scaled unknowns, 0 where both vanish; or the largest share of `within`.
         converged: Shape (c,), bool.
         held: Shape (n,), bool: at 0 or 1 because of the bounds: without them the value would leave by more than `HELD`.
+        gradient: Shape (n,), float64: Ax - b over the diagonal: by how much each value misses its own row.
     """
 
     x: Float64Array
@@ -52,6 +53,7 @@ class BoxSolution:
     residual: Float64Array
     converged: BoolArray
     held: BoolArray
+    gradient: Float64Array
 
 
 class BoxSolver:
@@ -75,7 +77,13 @@ class BoxSolver:
         self._whole = _Part(matrix, scale, first[:-1], sizes, component, step)
 
     def solve(
-        self, rhs: Float64Array, start: Float64Array, *, tolerance: float = 1e-8, most_iterations: int = 200
+        self,
+        rhs: Float64Array,
+        start: Float64Array,
+        *,
+        tolerance: float = 1e-8,
+        within: Float64Array | None = None,
+        most_iterations: int = 200,
     ) -> BoxSolution:
         """Solves for one right-hand side.
 
@@ -83,17 +91,22 @@ class BoxSolver:
             rhs: Shape (n,), float64.
             start: Shape (n,), float64: first guess; clipped to the box.
             tolerance: Relative projected residual at which a component is done.
+            within: Shape (n,), float64: in place of `tolerance`: a component is done when the projected gradient of
+                every unknown is at most this, in the unit of the right-hand side.
             most_iterations: Products with the matrix after which components are given up.
         """
         part = self._whole
         b = rhs / part.scale
         norm = np.sqrt(part.sum(b * b))
-        state = _State.begin(part, b, np.clip(start, 0.0, 1.0) * part.scale, tolerance * norm)
+        goal = tolerance * norm
+        if within is not None:
+            part, goal = replace(part, reach=part.scale / within), np.ones(len(norm))
+        state = _State.begin(part, b, np.clip(start, 0.0, 1.0) * part.scale, goal)
         result, gradient = np.empty(len(b)), np.empty(len(b))
         measure = np.zeros(len(norm))
         unknowns, components = np.arange(len(b)), np.arange(len(norm))
         while True:
-            measure[components] = state.measure()
+            measure[components] = state.measure(part)
             working = measure[components] > state.goal
             stop = not working.any() or state.iterations + 2 > most_iterations
             inside = part.spread(working)
@@ -106,10 +119,11 @@ class BoxSolver:
                 unknowns, components = unknowns[inside], components[working]
                 working, inside = working[working], inside[inside]
             state.advance(part, working, inside)
-        residual = measure / np.where(norm > 0, norm, 1.0)
+        converged = measure <= goal
+        residual = measure / (np.where(norm > 0, norm, 1.0) if within is None else 1.0)
         result = np.clip(result, 0.0, 1.0)
         held = ((result <= 0) & (gradient > HELD)) | ((result >= 1) & (gradient < -HELD))
-        return BoxSolution(result, state.iterations, residual, measure <= tolerance * norm, held)
+        return BoxSolution(result, state.iterations, residual, converged, held, gradient)
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +136,7 @@ class _Part:
     sizes: Int64Array  # unknowns of each component
     component: Int64Array  # of each unknown
     step: Float64Array  # length of a gradient step that cannot raise the energy, per component
+    reach: Float64Array | None = None  # one over the gradient at which an unknown counts as solved; by norms if None
 
     def sum(self, values: Float64Array) -> Float64Array:
         """Sums over each component."""
@@ -141,6 +156,7 @@ class _Part:
             sizes=self.sizes[components],
             component=component,
             step=self.step[components],
+            reach=None if self.reach is None else self.reach[unknowns],
         )
 
 
@@ -177,9 +193,14 @@ class _State:
             self.iterations,
         )
 
-    def measure(self) -> Float64Array:
-        """Norm of the projected gradient of each component."""
-        return np.sqrt(self.free_norm + self.chopped_norm)
+    def measure(self, part: _Part) -> Float64Array:
+        """Norm of the projected gradient of each component, or its largest entry over the reach."""
+        if part.reach is None:
+            return np.sqrt(self.free_norm + self.chopped_norm)
+        projected = np.abs(self.free)
+        released, pull = self._released(part)
+        projected[released] = np.abs(pull)
+        return np.maximum.reduceat(projected * part.reach, part.begin)
 
     def split(self, part: _Part) -> None:
         """Renews what follows from `x` and `gradient`."""

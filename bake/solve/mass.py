@@ -19,7 +19,7 @@ import numpy as np
 
 from bake.solve.scatter import scatter_add
 from bake.solve.surface import Surface
-from bake.types import BoolArray, Float32Array, Float64Array, SampleSet
+from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SampleSet
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +55,18 @@ def face_moments(surface: Surface, samples: SampleSet, ao: Float32Array, valid: 
         ao: Shape (n, k), float32, in [0, 1].
         valid: Shape (n,), bool.
     """
-    faces, columns = len(surface.corners), ao.shape[1]
-    row = surface.row[samples.face]
+    return sum_moments(surface.row[samples.face], len(surface.corners), samples, ao, valid)
+
+
+def sum_moments(row: Int64Array, faces: int, samples: SampleSet, ao: Float32Array, valid: BoolArray) -> FaceMoments:
+    """The same for any numbering of faces.
+
+    Args:
+        row: Shape (n,), int64: the face of each sample; -1 for samples to pass over.
+        faces: How many there are.
+        samples, ao, valid: As for `face_moments`.
+    """
+    columns = ao.shape[1]
     used = np.flatnonzero(valid & (row >= 0))
     row = row[used]
     area = samples.area[used].astype(np.float64)

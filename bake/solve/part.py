@@ -19,11 +19,15 @@ class SurfacePart:
         surface: The part, its unknowns numbered anew and taken for one component; it knows no vertices of the world.
         rows: Shape (m,), int64, sorted: its faces, as rows of the whole.
         unknowns: Shape (u,), int64, sorted: its unknowns, as those of the whole.
+        edges: Shape (e,), int64, sorted: its edges, as rows of the whole's.
+        wings: Shape (w,), int64, sorted: its butterflies, as rows of the whole's.
     """
 
     surface: Surface
     rows: Int64Array
     unknowns: Int64Array
+    edges: Int64Array
+    wings: Int64Array
 
     def local(self, unknowns: Int64Array) -> Int64Array:
         """Numbers in the part of unknowns of the whole, all of which belong to it."""
@@ -73,8 +77,8 @@ def part_of(whole: Surface, rows: Int64Array) -> SurfacePart:
         face_edge=face_edge,
         edges=edges,
         butterflies=butterflies,
-        _indptr=indptr,
-        _indices=indices,
-        _order=order,
+        indptr=indptr,
+        indices=indices,
+        order=order,
     )
-    return SurfacePart(surface, rows, unknowns)
+    return SurfacePart(surface, rows, unknowns, used, kept)

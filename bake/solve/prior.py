@@ -24,7 +24,7 @@ References: James and Stein 1961 and Efron and Morris 1973 for shrinkage by the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -55,16 +55,39 @@ _Scatter = tuple[Float64Array, Float64Array, Float64Array, BoolArray]
 
 
 @dataclass(frozen=True, slots=True)
+class PooledScatter:
+    """Scatter summed over the faces around each unknown, all of shape (u,), float64.
+
+    Attributes:
+        explained, rest, freedom: As a plane's fit gives them for a face.
+        usable: Faces with enough samples.
+        count: Their samples.
+    """
+
+    explained: Float64Array
+    rest: Float64Array
+    freedom: Float64Array
+    usable: Float64Array
+    count: Float64Array
+
+
+@dataclass(frozen=True, slots=True)
 class Trust:
     """What the samples tell of their own reliability, whatever alpha is.
 
     Attributes:
         count: Shape (u,), float64: valid samples on a face, mean over the faces around the unknown that have any.
         shrinkage: Shape (u,), float64, in [0, STRONGEST]: r as the noise asks for it.
+        pooled: What that follows from, but for the scene's mean.
     """
 
     count: Float64Array
     shrinkage: Float64Array
+    pooled: PooledScatter
+
+    def under(self, scene: SceneScatter) -> Trust:
+        """The same with another mean of the scene."""
+        return replace(self, shrinkage=_shrinkage(self.count, self.pooled, scene))
 
     def strength(self, alpha: Float64Array) -> Float64Array:
         """r at every unknown, shape (u,), for the alpha there, shape (u,)."""
@@ -84,6 +107,53 @@ class SceneScatter:
     rest: float
     freedom: float
     count: float
+
+
+@dataclass(frozen=True, slots=True)
+class ScatterSums:
+    """What the mean of a scene is made of: sums over its faces, which add up and can be taken apart.
+
+    Attributes:
+        explained, rest, freedom, count: Sums of what `SceneScatter` has the means of.
+        faces: Faces with enough samples.
+    """
+
+    explained: float
+    rest: float
+    freedom: float
+    count: float
+    faces: float
+
+    @staticmethod
+    def of(moments: FaceMoments) -> ScatterSums:
+        """Over some faces."""
+        explained, rest, freedom, usable = _scatter(moments)
+        return ScatterSums(
+            float(explained.sum()),
+            float(rest.sum()),
+            float(freedom.sum()),
+            float(moments.count[usable].sum()),
+            float(np.count_nonzero(usable)),
+        )
+
+    def plus(self, other: ScatterSums, sign: float = 1.0) -> ScatterSums:
+        """The sums over more faces, or over fewer with a sign of -1."""
+        return ScatterSums(
+            self.explained + sign * other.explained,
+            self.rest + sign * other.rest,
+            self.freedom + sign * other.freedom,
+            self.count + sign * other.count,
+            self.faces + sign * other.faces,
+        )
+
+    def mean(self) -> SceneScatter:
+        """The mean face; all 0 if no face has enough samples, whatever rounding left of the sums."""
+        if self.faces < 0.5:
+            return SceneScatter(0.0, 0.0, 0.0, 0.0)
+        explained, rest = max(self.explained, 0.0), max(self.rest, 0.0)
+        return SceneScatter(
+            explained / self.faces, rest / self.faces, self.freedom / self.faces, self.count / self.faces
+        )
 
 
 def scene_scatter(moments: FaceMoments) -> SceneScatter:
@@ -114,8 +184,8 @@ def estimate_trust(surface: Surface, moments: FaceMoments, scene: SceneScatter |
         scene: The mean of the whole scene, where `surface` is a part of it; by default that of `moments`.
     """
     count, scatter = _mean_count(surface, moments), _scatter(moments)
-    noise = _slope_noise(surface, moments, scatter, scene or _mean_scatter(moments, scatter)) / np.maximum(count, 1.0)
-    return Trust(count, np.minimum(noise, STRONGEST))
+    pooled = _pooled(surface, moments, scatter)
+    return Trust(count, _shrinkage(count, pooled, scene or _mean_scatter(moments, scatter)), pooled)
 
 
 def _mean_count(surface: Surface, moments: FaceMoments) -> Float64Array:
@@ -125,23 +195,24 @@ def _mean_count(surface: Surface, moments: FaceMoments) -> Float64Array:
     return total / np.maximum(faces, 1.0)
 
 
-def _slope_noise(surface: Surface, moments: FaceMoments, scatter: _Scatter, scene: SceneScatter) -> Float64Array:
-    """`SHARE` σ² / τ² at every unknown: r times the number of samples on a face, shape (u,)."""
-    if scene.freedom <= 0:
-        return np.full(surface.unknown_count, UNKNOWN_NOISE)
+def _pooled(surface: Surface, moments: FaceMoments, scatter: _Scatter) -> PooledScatter:
     explained, rest, freedom, usable = scatter
-    usable_count = np.where(usable, moments.count, 0.0)
+    per_face = (explained, rest, freedom, usable.astype(np.float64), np.where(usable, moments.count, 0.0))
+    return PooledScatter(*(at_corners(surface, np.repeat(values[:, None], 3, axis=1)) for values in per_face))
 
-    def pooled(per_face: Float64Array, mean: float) -> Float64Array:
-        return at_corners(surface, np.repeat(per_face[:, None], 3, axis=1)) + POOLED_FACES * mean
 
-    variance = pooled(rest, scene.rest) / pooled(freedom, scene.freedom)
-    signal = pooled(explained, scene.explained) / 2.0 - variance * pooled(usable.astype(np.float64), 1.0)
-    per_sample = signal / pooled(usable_count, scene.count)
+def _shrinkage(count: Float64Array, pooled: PooledScatter, scene: SceneScatter) -> Float64Array:
+    """r at every unknown as the noise asks for it, shape (u,): `SHARE` σ² / τ² over the samples on a face."""
+    if scene.freedom <= 0:
+        return np.minimum(UNKNOWN_NOISE / np.maximum(count, 1.0), STRONGEST)
+    variance = (pooled.rest + POOLED_FACES * scene.rest) / (pooled.freedom + POOLED_FACES * scene.freedom)
+    signal = (pooled.explained + POOLED_FACES * scene.explained) / 2.0 - variance * (pooled.usable + POOLED_FACES)
+    per_sample = signal / (pooled.count + POOLED_FACES * scene.count)
     with np.errstate(divide="ignore", invalid="ignore"):
         noise = np.where(variance > 0, SHARE * variance / per_sample, 0.0)
     # no slope beyond what noise explains: nothing speaks against the average
-    return np.where((per_sample > 0) | (variance <= 0), noise, np.inf)
+    noise = np.where((per_sample > 0) | (variance <= 0), noise, np.inf)
+    return np.minimum(noise / np.maximum(count, 1.0), STRONGEST)
 
 
 def _scatter(moments: FaceMoments) -> _Scatter:

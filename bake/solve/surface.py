@@ -34,6 +34,8 @@ class Surface:
         face_edge: Shape (m, 3), int64: edge of corners (0, 1), (1, 2), (2, 0); -1 where the two are one unknown.
         edges: Shape (e, 2), int64: unknowns of each edge, both ends in one component.
         butterflies: Pairs of faces across smooth interior edges.
+        indptr, indices: Shape (u + 1,), (z,), int32: the matrix pattern, rows and columns.
+        order: Shape (z,), int32: place of each entry among edges, wings, both once more, and the diagonal.
     """
 
     unknown: Int64Array
@@ -47,9 +49,9 @@ class Surface:
     face_edge: Int64Array
     edges: Int64Array
     butterflies: Butterflies
-    _indptr: Int32Array
-    _indices: Int32Array
-    _order: Int32Array
+    indptr: Int32Array
+    indices: Int32Array
+    order: Int32Array
 
     @property
     def unknown_count(self) -> int:
@@ -70,12 +72,12 @@ class Surface:
             wings: Shape (w,): entries between the two opposite corners of each butterfly.
         """
         upper = np.concatenate([edges, wings])
-        data = np.concatenate([upper, upper, diagonal])[self._order]
+        data = np.concatenate([upper, upper, diagonal])[self.order]
         size = self.unknown_count
-        return csr_array((data, self._indices, self._indptr), shape=(size, size), copy=False)
+        return csr_array((data, self.indices, self.indptr), shape=(size, size), copy=False)
 
 
-def build_surface(world: World, *, crease_angle: float, weld_instances: bool) -> Surface:
+def build_surface(world: World, *, crease_angle: float, weld_instances: bool, extent: float | None = None) -> Surface:
     """Welds the receiving objects' vertices and finds the edges between their faces.
 
     Args:
@@ -83,6 +85,7 @@ def build_surface(world: World, *, crease_angle: float, weld_instances: bool) ->
         crease_angle: In degrees: vertices whose normals differ by more stay apart, and edges whose faces differ by
             more carry no regulariser.
         weld_instances: Whether coincident vertices of different objects are one unknown.
+        extent: Largest coordinate of the whole scene, in metres, where `world` is a part of it.
     """
     receives = np.array([role.receives_per_vertex for role in world.object_roles], np.bool_)
     faces = np.flatnonzero(receives[world.face_object])
@@ -93,7 +96,9 @@ def build_surface(world: World, *, crease_angle: float, weld_instances: bool) ->
     baked = np.zeros(world.vertex_count, np.bool_)
     baked[world.faces[faces].ravel()] = True
 
-    unknown, count = weld_vertices(world, baked, crease_angle=crease_angle, weld_instances=weld_instances)
+    unknown, count = weld_vertices(
+        world, baked, crease_angle=crease_angle, weld_instances=weld_instances, extent=extent
+    )
     corners = unknown[world.faces[faces]]
     unknown, corners, first = _by_component(unknown, corners, count)
     position = np.zeros((count, 3))
@@ -116,9 +121,9 @@ def build_surface(world: World, *, crease_angle: float, weld_instances: bool) ->
         face_edge=edges.of_face,
         edges=edges.ends,
         butterflies=butterflies,
-        _indptr=indptr,
-        _indices=indices,
-        _order=order,
+        indptr=indptr,
+        indices=indices,
+        order=order,
     )
 
 

@@ -23,7 +23,7 @@ from bake.solve.mass import FaceMoments, at_corners, mass_entries, right_hand_si
 from bake.solve.prior import SceneScatter, Trust, estimate_trust
 from bake.solve.regulariser import EdgeTerms, bounded_share, edge_terms
 from bake.solve.surface import Surface
-from bake.types import BoolArray, Float64Array
+from bake.types import BoolArray, Float64Array, Int64Array
 
 STARVED = 1e-6
 """Weight of the Laplacian that fills starved vertices, in units of their faces' area."""
@@ -61,43 +61,96 @@ class Equations:
         data: Shape (u, k), float64, m²: b.
         average: Shape (u, k), float64, in [0, 1]: the filled weighted average.
         starved: Shape (u,), bool: unknowns without a valid sample.
-        limited: Butterflies whose regulariser was bounded.
+        bounded: Shape (w,), bool: butterflies whose regulariser was bounded.
+        surface: What they belong to.
+        trust: How far the samples are to be trusted.
+        diagonal, edges: Shape (u,) and (e,), m²: entries that do not depend on alpha: data and fill.
+        anchor: Shape (u,), m²: what ties starved unknowns to the average.
+        common: The regulariser for an alpha of 1, without faces of objects that have their own.
+        own: The regulariser of those, at their own alpha; None if there are none.
+        own_alpha: Shape (u,): their alpha at their unknowns, NaN elsewhere.
     """
 
     mass: Float64Array
     data: Float64Array
     average: Float64Array
     starved: BoolArray
-    limited: int
-    _surface: Surface
-    _trust: Trust
-    _diagonal: Float64Array
-    _edges: Float64Array
-    _anchor: Float64Array
-    _common: EdgeTerms
-    _own: EdgeTerms | None
-    _own_alpha: Float64Array | None
+    bounded: BoolArray
+    surface: Surface
+    trust: Trust
+    diagonal: Float64Array
+    edges: Float64Array
+    anchor: Float64Array
+    common: EdgeTerms
+    own: EdgeTerms | None
+    own_alpha: Float64Array | None
+
+    @property
+    def limited(self) -> int:
+        """Butterflies whose regulariser was bounded."""
+        return int(np.count_nonzero(self.bounded))
+
+    def strength(self, alpha: float) -> Float64Array:
+        """r, shape (u,), for the alpha of objects that have none of their own."""
+        alpha_here = np.full(len(self.mass), alpha)
+        if self.own_alpha is not None:
+            alpha_here = np.where(np.isnan(self.own_alpha), alpha, self.own_alpha)
+        return np.where(self.starved, 0.0, self.trust.strength(alpha_here))
+
+    def pull(self, alpha: float) -> Float64Array:
+        """The weight that ties each unknown to its average, shape (u,), m²."""
+        return self.strength(alpha) * self.mass + self.anchor
+
+    def main_diagonal(self, alpha: float) -> Float64Array:
+        """The matrix's diagonal, shape (u,), m²."""
+        diagonal = self.diagonal + self.pull(alpha) + alpha * self.common.diagonal
+        return diagonal if self.own is None else diagonal + self.own.diagonal
+
+    def right_hand_side(self, alpha: float) -> Float64Array:
+        """Shape (u, k), m²."""
+        return self.data + self.pull(alpha)[:, None] * self.average
+
+    def entries(self, alpha: float, places: Int64Array) -> Float64Array:
+        """The matrix's entries at some places of the surface's pattern, any shape."""
+        source = self.surface.order[places].astype(np.int64)
+        edges, wings = len(self.edges), len(self.common.wings)
+        on_diagonal = source >= 2 * (edges + wings)
+        entries = np.empty(len(source))
+        entries[on_diagonal] = self.main_diagonal(alpha)[source[on_diagonal] - 2 * (edges + wings)]
+        source %= edges + wings
+        for kind, begin, end in ((0, 0, edges), (1, edges, edges + wings)):
+            here = np.flatnonzero(~on_diagonal & (source >= begin) & (source < end))
+            at = source[here] - begin
+            values = alpha * (self.common.wings if kind else self.common.edges)[at]
+            if not kind:
+                values += self.edges[at]
+            if self.own is not None:
+                values += (self.own.wings if kind else self.own.edges)[at]
+            entries[here] = values
+        return entries
 
     def system(self, alpha: float) -> System:
         """The system for the alpha of objects that have none of their own."""
-        alpha_here = np.full(len(self.mass), alpha)
-        if self._own_alpha is not None:
-            alpha_here = np.where(np.isnan(self._own_alpha), alpha, self._own_alpha)
-        strength = np.where(self.starved, 0.0, self._trust.strength(alpha_here))
-        pull = strength * self.mass + self._anchor
-        diagonal = self._diagonal + pull + alpha * self._common.diagonal
-        edges = self._edges + alpha * self._common.edges
-        wings = alpha * self._common.wings
-        if self._own is not None:
-            diagonal += self._own.diagonal
-            edges += self._own.edges
-            wings += self._own.wings
-        matrix = self._surface.matrix(diagonal, edges, wings)
+        strength = self.strength(alpha)
+        pull = strength * self.mass + self.anchor
+        diagonal = self.diagonal + pull + alpha * self.common.diagonal
+        edges = self.edges + alpha * self.common.edges
+        wings = alpha * self.common.wings
+        if self.own is not None:
+            diagonal += self.own.diagonal
+            edges += self.own.edges
+            wings += self.own.wings
+        matrix = self.surface.matrix(diagonal, edges, wings)
         return System(matrix, self.data + pull[:, None] * self.average, self.average, strength)
 
 
 def build_equations(
-    surface: Surface, moments: FaceMoments, own_alpha: Float64Array, scene: SceneScatter | None = None
+    surface: Surface,
+    moments: FaceMoments,
+    own_alpha: Float64Array,
+    scene: SceneScatter | None = None,
+    *,
+    mean_area: float | None = None,
 ) -> Equations:
     """Assembles what does not depend on alpha.
 
@@ -107,12 +160,13 @@ def build_equations(
         own_alpha: Shape (m,), float64: alpha of faces whose object has its own, NaN elsewhere. A butterfly between
             two objects takes the larger.
         scene: The mean scatter of the whole scene, where `surface` is a part of it.
+        mean_area: The mean area of the faces of the whole scene, in m², where `surface` is a part of it.
     """
     mass = at_corners(surface, moments.mass)
     data = right_hand_side(surface, moments)
     average, starved = weighted_average(surface, mass, data)
     diagonal, edges = mass_entries(surface, moments)
-    fill_diagonal, fill_edges, fill_scale = _fill(surface, starved)
+    fill_diagonal, fill_edges, fill_scale = _fill(surface, starved, mean_area)
     share = bounded_share(surface, np.where(starved, FILL_PULL * fill_scale, mass))
 
     own: EdgeTerms | None = None
@@ -129,25 +183,27 @@ def build_equations(
         data=data,
         average=average,
         starved=starved,
-        limited=int(np.count_nonzero(share < 1.0)),
-        _surface=surface,
-        _trust=estimate_trust(surface, moments, scene),
-        _diagonal=diagonal + fill_diagonal,
-        _edges=edges + fill_edges,
-        _anchor=np.where(starved, ANCHOR * fill_scale, 0.0),
-        _common=edge_terms(surface, common),
-        _own=own,
-        _own_alpha=own_here,
+        bounded=share < 1.0,
+        surface=surface,
+        trust=estimate_trust(surface, moments, scene),
+        diagonal=diagonal + fill_diagonal,
+        edges=edges + fill_edges,
+        anchor=np.where(starved, ANCHOR * fill_scale, 0.0),
+        common=edge_terms(surface, common),
+        own=own,
+        own_alpha=own_here,
     )
 
 
-def _fill(surface: Surface, starved: BoolArray) -> tuple[Float64Array, Float64Array, Float64Array]:
+def _fill(
+    surface: Surface, starved: BoolArray, mean_area: float | None
+) -> tuple[Float64Array, Float64Array, Float64Array]:
     """Diagonal (u,) and edge entries (e,) of the Laplacian on faces with a starved corner, and its scale (u,)."""
     if not starved.any():
         return np.zeros(len(starved)), np.zeros(len(surface.edges)), np.zeros(len(starved))
     touched = starved[surface.corners].any(axis=1)
     # degenerate faces carry the fill too, lest their corners hang on nothing
-    least = 1e-9 * max(float(surface.area.mean()), 1e-300)
+    least = 1e-9 * max(float(surface.area.mean()) if mean_area is None else mean_area, 1e-300)
     weight = np.where(touched, STARVED / 12.0 * np.maximum(surface.area, least), 0.0)
     per_corner = np.repeat(weight[:, None], 3, axis=1)
     diagonal, edges = spread_pairs(surface, at_corners(surface, 2.0 * per_corner), -per_corner)

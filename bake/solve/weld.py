@@ -32,7 +32,7 @@ ACROSS_OBJECTS = 1e-4
 
 
 def weld_vertices(
-    world: World, vertices: BoolArray, *, crease_angle: float, weld_instances: bool
+    world: World, vertices: BoolArray, *, crease_angle: float, weld_instances: bool, extent: float | None = None
 ) -> tuple[Int64Array, int]:
     """Numbers the unknowns.
 
@@ -41,6 +41,7 @@ def weld_vertices(
         vertices: Shape (n,): those that take part: referenced by a face of an object that receives per vertex.
         crease_angle: Greatest angle between normals of one unknown, in degrees.
         weld_instances: Whether objects weld to each other unless their own key says otherwise.
+        extent: Largest coordinate of the whole scene, in metres, where `world` is a part of it.
 
     Returns:
         The unknown of each vertex, shape (n,), int64, -1 where `vertices` is False; and the number of unknowns.
@@ -48,7 +49,7 @@ def weld_vertices(
     chosen = np.flatnonzero(vertices)
     if not len(chosen):
         return np.full(world.vertex_count, -1, np.int64), 0
-    place = _places(world, chosen, weld_instances)
+    place = _places(world, chosen, weld_instances, extent)
     group = _split_at_creases(place, outward_normals(world)[chosen], crease_angle)
     unknown = np.full(world.vertex_count, -1, np.int64)
     unknown[chosen] = group
@@ -75,15 +76,21 @@ def outward_normals(world: World) -> Float64Array:
     return normals
 
 
-def _places(world: World, chosen: Int64Array, weld_instances: bool) -> Int64Array:
+def weld_quantum(extent: float) -> float:
+    """How near positions count as one point, in metres, in a scene whose largest coordinate is `extent`.
+
+    A power of two, so that the round coordinates of level editors lie in the middle of a rounding cell.
+    """
+    return 2.0 ** math.ceil(math.log2(max(extent, 1e-30) * 1e-10))
+
+
+def _places(world: World, chosen: Int64Array, weld_instances: bool, extent: float | None) -> Int64Array:
     """Equal numbers for coincident vertices that may be welded, shape (len(chosen),)."""
     owner = np.repeat(np.arange(world.object_count), np.diff(world.first_vertex))[chosen]
     joins = np.array([weld_instances if keys.weld is None else keys.weld for keys in world.object_keys], dtype=np.bool_)
     across = joins[owner]
     positions = world.positions[chosen]
-    # A power of two, so that the round coordinates of level editors lie in the middle of a rounding cell.
-    extent = max(float(np.abs(positions).max()), 1e-30)
-    quantum = 2.0 ** math.ceil(math.log2(extent * 1e-10))
+    quantum = weld_quantum(float(np.abs(positions).max()) if extent is None else extent)
     cells: Float64Array = np.round(positions / quantum)
     own = np.where(across, -1, owner)
     place = _equal_rows(np.column_stack([own, cells]))
