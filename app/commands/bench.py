@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
 USAGE = (
-    "accuracy|speed|scenes|lods|trees|fog|regions|causes|explain [SCENE | FOLDER …] [--scale X] [--scales X,…] "
+    "accuracy|speed|scenes|lods|trees|fog|regions|causes|explain|window [SCENE | FOLDER …] [--scale X] [--scales X,…] "
     "[--placements N] [--injection-seed N] [--plots FOLDER] [--json] [settings]"
 )
 
@@ -29,7 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         "tree's AO against what is traced on it; fog: what shrubs as boxes cost, and how "
                         "close they come to the real foliage; regions: what dynamic regions hold and cost, and what a "
                         "walk through them shows; causes: how often the cause of an injected dark spot is named "
-                        "rightly; explain: error and time of explanations and counterfactuals")  # fmt: skip
+                        "rightly; explain: error and time of explanations and counterfactuals; window: how soon the "
+                        "window is there and answers, on a level of its own or on one scene or result")  # fmt: skip
     parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
     parser.add_argument("--scale", type=float, default=1.0, help="metres in a unit of the scenes (accuracy only)")
     parser.add_argument(
@@ -46,6 +47,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--injection-seed", type=int, metavar="N", help="decides places and measures of injections (causes only)"
+    )
+    parser.add_argument(
+        "--keep",
+        type=Path,
+        metavar="FOLDER",
+        help="keep there what is traced, and take it from there when scene and settings are the same (regions only)",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object a table, a line each")
     add_settings_options(parser)
@@ -119,7 +126,8 @@ def _regions(arguments: argparse.Namespace) -> list[Measurements]:
     from bake.bench.region_scale import measure_scale
     from bake.bench.regions import measure_regions
 
-    measured = measure_regions(_scenes(arguments) if arguments.paths else [], explicit_options(arguments))
+    scenes = _scenes(arguments) if arguments.paths else []
+    measured = measure_regions(scenes, explicit_options(arguments), folder=arguments.keep)
     if arguments.plots is not None:
         from app.commands.region_plot import plot_regions
         from app.commands.walk_plot import plot_walk
@@ -158,6 +166,19 @@ def _explain(arguments: argparse.Namespace) -> Iterable[Measurements]:
     return measure_explanations(scenes, explicit_options(arguments), scales=scales)
 
 
+def _window(arguments: argparse.Namespace) -> Iterable[Measurements]:
+    from app.commands.window import has_display
+    from app.window_bench.measure import measure_window
+
+    path = next(iter(arguments.paths), None)
+    if len(arguments.paths) > 1 or (path is not None and not path.exists()):
+        what = "one scene or result at a time" if len(arguments.paths) > 1 else "no such scene or result"
+        raise InputError(what, where=str(arguments.paths[-1]), remedy="name one, or none for the benchmark's own level")
+    if not has_display():
+        raise InputError("no display to open a window on", where="bench window", remedy="run it under xvfb-run")
+    return measure_window(path, explicit_options(arguments))
+
+
 def _scaled_scenes(arguments: argparse.Namespace) -> tuple[list[Path], list[float]]:
     """The scenes, in the order given or those of a folder, and the scales that go with them."""
     from bake.bench.scenes import find_scenes
@@ -189,4 +210,5 @@ _SUBJECTS: dict[str, Callable[[argparse.Namespace], Iterable[Measurements]]] = {
     "regions": _regions,
     "causes": _causes,
     "explain": _explain,
+    "window": _window,
 }

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from bake.bench.table import Measurements
 from bake.region_types import GRID, PARAMETERS, PointState, RegionGraph, RegionModels, RegionPoints, Regions
+from bake.regions.crossings import find_crossings
 from bake.regions.grid import grid_positions
 from bake.regions.mismatch import boundary_mismatch
 from bake.regions.regularise import regularise
+from bake.settings import BakeSettings
 from bake.types import Float64Array
 from bake.walk import WalkOptions, lay_out, path_through, simulate
 
@@ -25,10 +28,12 @@ _MANY_S, _SLIDER_S = 2.0, 0.1
 def measure_scale() -> Measurements:
     """2,000 regions regularised; with 200, a change of β and one of the half-life, up to the figures of a walk."""
     many, some = _block_of_regions(_MANY), _block_of_regions(_SOME)
-    rows = [
-        _row("regularise", many, lambda: regularise(many.fitted, many.graph, beta=1.0), _MANY_S),
-        _row("regularise", some, lambda: regularise(some.fitted, some.graph, beta=1.0), _SLIDER_S),
-    ]
+    rows: list[dict[str, Any]] = []
+    for blocks, gate in ((many, _MANY_S), (some, _SLIDER_S)):
+        crossings = find_crossings(blocks.graph, blocks.points)
+        rows.append(_row("find crossings", blocks, partial(find_crossings, blocks.graph, blocks.points), None))
+        work = partial(regularise, blocks.fitted, blocks.graph, beta=BakeSettings().region_beta, crossings=crossings)
+        rows.append(_row("regularise", blocks, work, gate))
     path, options = path_through(_meander(some)), WalkOptions()
     course = lay_out(some, path, speed=options.speed, frame_rate=options.frame_rate)
     frames = len(course.frames)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from bake.bench.kept_regions import Traced, keep, kept, kept_file
 from bake.bench.lods import finished
 from bake.bench.table import Measurements
 from bake.decorators.fog import make_fog
@@ -16,8 +17,7 @@ from bake.devices import resolve
 from bake.pipeline import settings_for
 from bake.region_types import PointState, Regions
 from bake.regions.packed import INDEX_BYTES, MODEL_BYTES
-from bake.regions.region_stage import bake_regions, find_regions
-from bake.regions.space import RegionSpace
+from bake.regions.region_stage import bake_regions, find_regions, model_regions
 from bake.regions.upright import find_up
 from bake.scene import flatten, load_scene
 from bake.settings import BakeSettings
@@ -66,18 +66,19 @@ class RegionBench:
     scenes: tuple[WalkedScene, ...]
 
 
-def measure_regions(scenes: Sequence[Path], options: Mapping[str, Any]) -> RegionBench:
+def measure_regions(scenes: Sequence[Path], options: Mapping[str, Any], *, folder: Path | None = None) -> RegionBench:
     """Bakes the regions of scenes, and nothing else of them, and takes a tour through each.
 
     Args:
         scenes: Scene files.
         options: Bake options by long name; regions are automatic unless they say something else.
+        folder: What is traced is kept there, and taken from there where scene and settings are the same.
     """
     rows: list[dict[str, Any]] = []
     walk_rows: list[dict[str, Any]] = []
     walked: list[WalkedScene] = []
     for path in scenes:
-        row, scene = _measure(path, {"regions": "auto", **options})
+        row, scene = _measure(path, {"regions": "auto", **options}, folder)
         rows.append(row)
         if scene is not None:
             walked.append(scene)
@@ -89,6 +90,7 @@ def measure_regions(scenes: Sequence[Path], options: Mapping[str, Any]) -> Regio
         "fit: RMSE of AO at the valid points over six normals, of each region's own model; mean over regions, worst; "
         "then the mean after the regularisation",
         "mismatch: largest step of AO over six normals at the middle of a boundary; mean over boundaries, worst",
+        "made and traced: seconds when it was traced, also where that is taken from --keep",
         "engine: bytes of the packed models, linear harmonics of one function; stored: quadratic, all distances, "
         "fitted and regularised",
     ]
@@ -103,8 +105,29 @@ def measure_regions(scenes: Sequence[Path], options: Mapping[str, Any]) -> Regio
     )
 
 
-def _measure(path: Path, options: Mapping[str, Any]) -> tuple[dict[str, Any], WalkedScene | None]:
+def _measure(path: Path, options: Mapping[str, Any], folder: Path | None) -> tuple[dict[str, Any], WalkedScene | None]:
     settings = settings_for(path, options)
+    file = None if folder is None else kept_file(folder, path, settings)
+    traced = None if file is None else kept(file)
+    if traced is None:
+        traced = _traced(path, settings)
+        if traced is None:
+            return {"scene": path.stem, "regions": 0}, None
+        if file is not None:
+            keep(file, traced)
+    clock = StageClock()
+    regions = finished(model_regions(traced.graph, traced.points, settings, clock)).regions
+    row = {"scene": path.stem, **_region_row(regions, traced, settings, clock)}
+    walks = tuple(
+        simulate(regions, traced.path, WalkOptions(column=column), truth=traced.truth)
+        for column in range(settings.distance_count)
+    )
+    row |= {"toured": traced.toured, "tour m": traced.path.length}
+    return row, WalkedScene(path.stem, settings.column_distances, regions, walks, traced.path.length)
+
+
+def _traced(path: Path, settings: BakeSettings) -> Traced | None:
+    """Finds and traces the regions of a scene, and a tour through them; None if there are none."""
     scene = load_scene(path, crease_angle=settings.crease_angle)
     world = flatten(scene, settings)
     clock = StageClock()
@@ -112,23 +135,19 @@ def _measure(path: Path, options: Mapping[str, Any]) -> tuple[dict[str, Any], Wa
         space = finished(find_regions(scene, world, settings, tracer, clock))
         outcome = finished(bake_regions(space, settings, tracer, clock))
         if space is None or outcome is None:
-            return {"scene": path.stem, "regions": 0}, None
+            return None
         regions = outcome.regions
-        row = {"scene": path.stem, **_region_row(regions, space, settings, clock)}
         made = tour(regions, world, tracer.nearest, find_up(scene, world, settings))
         truth = finished(
             trace_truth(made.path, tracer, seed=settings.seed, back_face_threshold=settings.back_face_threshold)
         )
-    walks = tuple(
-        simulate(regions, made.path, WalkOptions(column=column), truth=truth)
-        for column in range(settings.distance_count)
-    )
-    row |= {"toured": int(made.visited.sum()), "tour m": made.path.length}
-    return row, WalkedScene(path.stem, settings.column_distances, regions, walks, made.path.length)
-
-
-def _region_row(regions: Regions, space: RegionSpace, settings: BakeSettings, clock: StageClock) -> dict[str, Any]:
     seconds = {stage.name: stage.seconds for stage in clock.rows}
+    visited = int(made.visited.sum())
+    return Traced(regions.graph, regions.points, made.path, truth, visited, space.coverage, seconds)
+
+
+def _region_row(regions: Regions, traced: Traced, settings: BakeSettings, clock: StageClock) -> dict[str, Any]:
+    seconds = traced.seconds | {stage.name: stage.seconds for stage in clock.rows}
     points, graph = regions.points, regions.graph
     valid = int(np.count_nonzero(points.state == PointState.VALID))
     rate = len(points.traced) / seconds["region probes"]
@@ -137,7 +156,7 @@ def _region_row(regions: Regions, space: RegionSpace, settings: BakeSettings, cl
     row: dict[str, Any] = {
         "regions": len(graph),
         "links": len(graph.link),
-        "floor covered %": None if np.isnan(space.coverage) else 100.0 * space.coverage,
+        "floor covered %": None if np.isnan(traced.coverage) else 100.0 * traced.coverage,
         "valid points": valid,
         "dropped": int(np.count_nonzero(points.state == PointState.BACK_FACES)),
         "absorbed": len(regions.absorbed),

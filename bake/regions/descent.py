@@ -14,7 +14,6 @@ from bake.regions.colouring import colouring
 from bake.regions.evaluate import AXIS_NORMALS
 
 SPHERE = 4.0 * math.pi
-_UNSEEN = 1e-12  # of the largest eigenvalue: less is rounding
 
 
 class Descent:
@@ -37,6 +36,7 @@ class Descent:
         self.y = start.copy()
         self._start, self._ends, self._phi, self._derivatives = start, ends.astype(np.int64), phi, derivatives
         self._colour = colouring(len(start), ends)
+        self._apart: Float64Array | None = None
         self._lobes = spherical_harmonics.evaluate(AXIS_NORMALS).T
 
     def weigh(self, weights: Float64Array, steep: Float64Array) -> None:
@@ -57,13 +57,8 @@ class Descent:
         order = np.argsort(one_end, kind="stable")
         linked, firsts = np.unique(one_end[order], return_index=True)
         pull[linked] += np.add.reduceat(own[order], firsts)
-        values, vectors = np.linalg.eigh(pull)
-        # Directions that no boundary sees must stay free of the rounding errors of those that large weights pin.
-        seen = values > _UNSEEN * values[:, -1:]
-        shrink = 1.0 / (1.0 + np.where(seen, values, 0.0))
-        back = np.swapaxes(vectors, 1, 2)
-        resting = vectors @ (shrink[:, :, None] * (back @ self._start))
-        answer = (vectors * np.where(seen, shrink, 0.0)[:, None, :]) @ back
+        answer = np.linalg.inv(np.eye(PARAMETERS) + pull)
+        resting = answer @ self._start
         added = answer[one_end] @ np.concatenate([mixed, np.swapaxes(mixed, 1, 2)])
         self._steps: list[tuple[Int64Array, Float64Array, bsr_array]] = []
         for number in range(int(self._colour[linked].max()) + 1):
@@ -77,15 +72,18 @@ class Descent:
 
     def sweep(self) -> float:
         """Sets every region once to its minimum; returns the most that a model moved: the RMS of its AO."""
-        before = self.y.copy()
+        before, self._apart = self.y.copy(), None
         for regions, resting, matrix in self._steps:
             self.y[regions] = resting + (matrix @ self.y.reshape(-1, self.y.shape[2])).reshape(resting.shape)
         return math.sqrt(float(((self.y - before) ** 2).sum(axis=(1, 2)).max(initial=0.0)) / SPHERE)
 
     def apart(self) -> Float64Array:
         """Harmonics at each place by the first region less those by the second, shape (l, p, 9)."""
-        first, second = self._ends.T
-        return self._phi[0] @ self.y[first] - self._phi[1] @ self.y[second]
+        apart = self._apart
+        if apart is None:
+            first, second = self._ends.T
+            apart = self._apart = self._phi[0] @ self.y[first] - self._phi[1] @ self.y[second]
+        return apart
 
     def steps(self) -> Float64Array:
         """AO by the first region less that by the second, the largest over six axis normals, shape (l, p)."""
@@ -98,6 +96,7 @@ class Descent:
     def energy(self) -> float:
         """E under the weights as they are, in squared AO."""
         moved = ((self.y - self._start) ** 2).sum()
-        apart = (self._weights * (self.apart() ** 2).sum(axis=2)).sum()
-        steep = (self._steep * ((self._derivatives @ self.y) ** 2).sum(axis=2)).sum()
-        return float(moved + apart + steep) / SPHERE
+        apart, slopes = self.apart(), self._derivatives @ self.y
+        pulled = (self._weights * np.einsum("lpc,lpc->lp", apart, apart)).sum()
+        held = (self._steep * np.einsum("rac,rac->ra", slopes, slopes)).sum()
+        return float(moved + pulled + held) / SPHERE
