@@ -202,7 +202,7 @@ class DisplayPanel(QWidget):
             self._statistics.setText("")
             return
         # Every vertex counts the same: by area a wide open backdrop would hide all that matters.
-        weights = np.ones(len(field.values))
+        weights = None
         low, high = display.range_for(field)
         least, most = (0.0, 1.0)
         if field.color_map.diverging or field.inspected:

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from bake.types import Float32Array, UInt8Array
+from bake.types import Float32Array, UInt8Array, UInt32Array
 
 INVALID_COLOR = (255, 0, 255)
 """Magenta: the value should exist and does not. No colour map contains it."""
@@ -15,6 +15,9 @@ NOT_BAKED_COLOR = (104, 116, 132)
 """Slate: the object receives no per-vertex AO because of its role."""
 GEOMETRY_COLOR = (196, 194, 190)
 """Warm grey: geometry that has no values yet."""
+
+_BLOCK = 1 << 15
+_MISSING = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,11 +50,17 @@ class ColorMap:
         Returns:
             Shape (n, 3), uint8.
         """
-        scale = 255.0 / max(high - low, 1e-12)
-        missing = np.isnan(values)
-        level = np.where(missing, 0.0, (values - low) * scale + 0.5)
-        colors = self.table()[np.clip(level, 0, 255).astype(np.uint8)]
-        colors[missing] = INVALID_COLOR
+        colors = np.empty((len(values), 3), np.uint8)
+        table, scale = _packed_table(self), np.float32(255.0 / max(high - low, 1e-12))
+        offset = np.float32(low)
+        for begin in range(0, len(values), _BLOCK):  # a block stays in the processor's cache from step to step
+            part = np.asarray(values[begin : begin + _BLOCK], np.float32)
+            level = (part - offset) * scale
+            level += 0.5
+            np.clip(level, 0.0, 255.0, out=level)
+            level[np.isnan(part)] = _MISSING
+            packed = table[level.astype(np.uint16)]
+            colors[begin : begin + _BLOCK] = packed.view(np.uint8).reshape(-1, 4)[:, :3]
         return colors
 
 
@@ -63,6 +72,15 @@ def _table(color_map: ColorMap) -> UInt8Array:
     table = np.round(np.stack(channels, axis=1)).astype(np.uint8)
     table.setflags(write=False)
     return table
+
+
+@lru_cache(maxsize=32)
+def _packed_table(color_map: ColorMap) -> UInt32Array:
+    """The table and the colour of missing values, four bytes each: picked by number faster than three."""
+    table = np.zeros((_MISSING + 1, 4), np.uint8)
+    table[:_MISSING, :3] = _table(color_map)
+    table[_MISSING, :3] = INVALID_COLOR
+    return table.view(np.uint32).ravel()
 
 
 GREY = ColorMap("grey", "Grey", ((0, "000000"), (255, "ffffff")))

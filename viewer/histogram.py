@@ -8,6 +8,8 @@ import numpy as np
 
 from bake.types import Float32Array, Float64Array, Int32Array
 
+_BLOCK = 1 << 15
+
 
 @dataclass(frozen=True, slots=True)
 class Histogram:
@@ -43,15 +45,19 @@ def vertex_areas(positions: Float64Array, faces: Int32Array) -> Float64Array:
     return areas
 
 
-def histogram_of(values: Float32Array, weights: Float64Array, low: float, high: float, bins: int = 128) -> Histogram:
+def histogram_of(
+    values: Float32Array, weights: Float64Array | None, low: float, high: float, bins: int = 128
+) -> Histogram:
     """The distribution of finite values.
 
     Args:
         values: Shape (n,); NaN is left out; what lies outside is counted in the end bins.
-        weights: Shape (n,), e.g. vertex areas.
+        weights: Shape (n,), e.g. vertex areas; None counts each value once, which is much quicker.
         low, high: Values at the two ends of the bins.
         bins: Number of bins.
     """
+    if weights is None:
+        return _counted(np.asarray(values, np.float32), low, high, bins)
     known = np.isfinite(values) & (weights > 0.0)
     counted, weights = values[known].astype(np.float64), weights[known]
     total = weights.sum()
@@ -63,8 +69,36 @@ def histogram_of(values: Float32Array, weights: Float64Array, low: float, high: 
     return Histogram(shares, low, high, mean, float(counted.min()), float(counted.max()))
 
 
-def clipped_shares(values: Float32Array, weights: Float64Array, low: float, high: float) -> tuple[float, float]:
-    """Shares of the area whose value lies below `low` and above `high`."""
+def _counted(values: Float32Array, low: float, high: float, bins: int) -> Histogram:
+    counts, total, number = np.zeros(bins, np.int64), 0.0, 0
+    least, most = np.float32(np.inf), np.float32(-np.inf)
+    scale = np.float32(bins / max(high - low, 1e-12))
+    for begin in range(0, len(values), _BLOCK):  # a block stays in the processor's cache from step to step
+        part = values[begin : begin + _BLOCK]
+        known = np.isfinite(part)
+        if not known.all():
+            part = part[known]
+        if not len(part):
+            continue
+        number += len(part)
+        total += float(part.sum(dtype=np.float64))
+        least, most = min(least, part.min()), max(most, part.max())
+        index = (part - np.float32(low)) * scale
+        np.clip(index, 0.0, bins - 1.0, out=index)
+        counts += np.bincount(index.astype(np.int32), minlength=bins)
+    if not number:
+        return Histogram(np.zeros(bins), low, high, np.nan, np.nan, np.nan)
+    return Histogram(counts / number, low, high, total / number, float(least), float(most))
+
+
+def clipped_shares(values: Float32Array, weights: Float64Array | None, low: float, high: float) -> tuple[float, float]:
+    """Shares of the area, or without weights of the values, that lie below `low` and above `high`."""
+    if weights is None:
+        finite = np.isfinite(values)
+        count = max(int(np.count_nonzero(finite)), 1)
+        outside = (np.count_nonzero(finite & side) for side in (values < low, values > high))
+        below, above = (number / count for number in outside)
+        return below, above
     known = np.isfinite(values)
     total = float(weights[known].sum())
     if not total > 0.0:
