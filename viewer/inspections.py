@@ -9,7 +9,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from bake.geometry import face_normals
-from bake.types import BakeResult, BoolArray, Float32Array, Float64Array, Role, UInt8Array, VertexField, VertexState
+from bake.types import BakeResult, Float32Array, Float64Array, Role, UInt8Array, VertexField, VertexState
+from viewer.around import Around
 from viewer.colormaps import BLUE_WHITE_ORANGE, CIVIDIS, WARNING, ColorMap
 from viewer.fields import SurfaceField, distance_label
 
@@ -89,7 +90,13 @@ _ALONE, _SHARED, _CREASED = (206, 206, 200), (70, 150, 110), (216, 110, 40)
 
 
 def inspect(
-    kind: Inspection, result: BakeResult, field: VertexField, column: int, *, untugged: VertexField | None = None
+    kind: Inspection,
+    result: BakeResult,
+    field: VertexField,
+    column: int,
+    *,
+    untugged: VertexField | None = None,
+    around: Around | None = None,
 ) -> SurfaceField:
     """The numbers or colours of one kind.
 
@@ -99,119 +106,96 @@ def inspect(
         field: The vertex values in view.
         column: Which distance, where that matters.
         untugged: The values without smoothing; needed for `Inspection.TUG` alone.
+        around: Of the same result, from one call to the next.
     """
     if kind is Inspection.TUG:
         assert untugged is not None
         values = (field.ao[:, column] - untugged.ao[:, column]).astype(np.float32)
         return _signed(kind, values, field, column, result)
-    return _MAKERS[kind](kind, result, field, column)
+    return _MAKERS[kind](kind, Around(result) if around is None else around, field, column)
 
 
-class _Around:
-    """Sums over the samples on the faces around each vertex, each sample counted by its barycentric weight."""
-
-    def __init__(self, result: BakeResult, chosen: BoolArray) -> None:
-        samples, self._count = result.samples, result.world.vertex_count
-        self._chosen = np.flatnonzero(chosen)
-        self._corners = np.asarray(result.world.faces)[np.asarray(samples.face)[self._chosen]]
-        first, second = np.asarray(samples.barycentric, np.float64)[self._chosen].T
-        self._weights = np.stack((first, second, 1.0 - first - second), axis=1)
-
-    def total(self, values: np.ndarray) -> Float64Array:
-        """Σ weight × value, shape (n,), of values of all samples."""
-        weighted = self._weights * np.asarray(values, np.float64)[self._chosen, None]
-        return np.bincount(self._corners.ravel(), weighted.ravel(), self._count).astype(np.float64)
-
-    def mean(self, values: np.ndarray) -> Float64Array:
-        """Weighted mean, shape (n,); NaN where no sample is near."""
-        mass = self.total(np.ones(len(values)))
-        return np.divide(self.total(values), mass, out=np.full(self._count, np.nan), where=mass > 0.0)
+def _residual(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
+    misfit = _misfit(around, field, column)
+    values = np.sqrt(around.mean(misfit * misfit, valid=True)).astype(np.float32)
+    label = distance_label(_distance(around.result, column))
+    return _scalar(kind, values, field, CIVIDIS, (0.0, _most(values)), "", label)
 
 
-def _residual(kind: Inspection, result: BakeResult, field: VertexField, column: int) -> SurfaceField:
-    around, misfit = _Around(result, _valid(result)), _misfit(result, field, column)
-    values = np.sqrt(around.mean(misfit * misfit)).astype(np.float32)
-    return _scalar(kind, values, field, CIVIDIS, (0.0, _most(values)), "", distance_label(_distance(result, column)))
-
-
-def _held(kind: Inspection, result: BakeResult, field: VertexField, column: int) -> SurfaceField:
+def _held(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
     ao = np.asarray(field.ao)[:, column]
-    mean = _Around(result, _valid(result)).mean(np.asarray(result.tally.ao)[:, column])
+    mean = around.mean(np.asarray(around.result.tally.ao)[:, column], valid=True)
     at_bound = (ao <= 0.0) | (ao >= 1.0)
-    return _signed(kind, np.where(at_bound, mean - ao, np.where(np.isnan(ao), np.nan, 0.0)), field, column, result)
+    values = np.where(at_bound, mean - ao, np.where(np.isnan(ao), np.nan, 0.0))
+    return _signed(kind, values, field, column, around.result)
 
 
-def _back_faces(kind: Inspection, result: BakeResult, field: VertexField, column: int) -> SurfaceField:
-    every = np.ones(len(result.samples), np.bool_)
-    values = _Around(result, every).mean(result.tally.back_face_share())
+def _back_faces(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
+    values = around.mean(around.result.tally.back_face_share(), valid=False)
     return _scalar(kind, values, field, WARNING, (0.0, 1.0), "")
 
 
-def _margin(kind: Inspection, result: BakeResult, field: VertexField, column: int) -> SurfaceField:
-    every = np.ones(len(result.samples), np.bool_)
-    share = result.tally.back_face_share()
-    values = _Around(result, every).mean(np.abs(share - result.settings.back_face_threshold))
-    return _scalar(kind, values, field, CIVIDIS, (0.0, result.settings.back_face_threshold), "")
+def _margin(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
+    share, threshold = around.result.tally.back_face_share(), around.result.settings.back_face_threshold
+    values = around.mean(np.abs(share - threshold), valid=False)
+    return _scalar(kind, values, field, CIVIDIS, (0.0, threshold), "")
 
 
-def _density(kind: Inspection, result: BakeResult, field: VertexField, column: int) -> SurfaceField:
-    every = np.ones(len(result.samples), np.bool_)
-    around = _Around(result, every)
-    area = around.total(result.samples.area)
-    count = around.total(np.ones(len(every)))
-    values = np.divide(count, area, out=np.full(len(area), np.nan), where=area > 0.0)
+def _density(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
+    area = around.total(around.result.samples.area, valid=False)
+    values = np.divide(around.mass, area, out=np.full(len(area), np.nan), where=area > 0.0)
     return _scalar(kind, values, field, CIVIDIS, (0.0, _most(values)), "1/m²")
 
 
-def _rays(kind: Inspection, result: BakeResult, field: VertexField, column: int) -> SurfaceField:
-    values = _Around(result, _valid(result)).total(result.tally.rays)
+def _rays(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
+    values = around.total(around.result.tally.rays, valid=True)
     return _scalar(kind, values, field, CIVIDIS, (0.0, _most(values)), "rays")
 
 
-def _error(kind: Inspection, result: BakeResult, field: VertexField, column: int) -> SurfaceField:
-    around, misfit = _Around(result, _valid(result)), _misfit(result, field, column)
-    count = around.total(np.ones(len(misfit)))
-    square = around.mean(misfit * misfit)
+def _error(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
+    misfit, count = _misfit(around, field, column), around.valid_mass
+    square = around.mean(misfit * misfit, valid=True)
     values = np.sqrt(np.divide(square, count, out=np.full(len(count), np.nan), where=count > 0.0))
-    return _scalar(kind, values, field, CIVIDIS, (0.0, _most(values)), "", distance_label(_distance(result, column)))
+    label = distance_label(_distance(around.result, column))
+    return _scalar(kind, values, field, CIVIDIS, (0.0, _most(values)), "", label)
 
 
-def _state(kind: Inspection, result: BakeResult, field: VertexField, column: int) -> SurfaceField:
+def _state(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
     table = np.array([_STATE_COLORS[state][0] for state in VertexState], np.uint8)
     present = np.unique(field.state)
     swatches = tuple(_STATE_COLORS[VertexState(int(state))] for state in present)
     return _colored(kind, table[np.asarray(field.state)], swatches)
 
 
-def _role(kind: Inspection, result: BakeResult, field: VertexField, column: int) -> SurfaceField:
-    world = result.world
+def _role(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
+    world = around.result.world
     table = np.array([_ROLE_COLORS[role] for role in world.object_roles], np.uint8).reshape(-1, 3)
     there = [role for role in Role if role in world.object_roles]
     swatches = tuple((_ROLE_COLORS[role], role.value) for role in there)
-    return _colored(kind, table[_owner(result)], swatches)
+    return _colored(kind, table[_owner(around.result)], swatches)
 
 
-def _object(kind: Inspection, result: BakeResult, field: VertexField, column: int) -> SurfaceField:
-    seeds = np.array([zlib.crc32(path.encode()) for path in result.world.object_paths], np.uint32)
+def _object(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
+    seeds = np.array([zlib.crc32(path.encode()) for path in around.result.world.object_paths], np.uint32)
     channels = np.stack([(seeds >> shift & 0xFF) for shift in (0, 8, 16)], axis=1)
     table = (70 + channels * (170 / 255)).astype(np.uint8)  # neither black nor white: both mean something elsewhere
-    return _colored(kind, table.reshape(-1, 3)[_owner(result)], ())
+    return _colored(kind, table.reshape(-1, 3)[_owner(around.result)], ())
 
 
-def _welds(kind: Inspection, result: BakeResult, field: VertexField, column: int) -> SurfaceField:
-    world, ao = result.world, np.asarray(field.ao)
-    owner = _owner(result)
-    keys = np.column_stack((world.positions, owner)) + 0.0  # -0.0 and 0.0 are one place
-    _, place, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-    place = place.reshape(-1)
+def _welds(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
+    world, ao = around.result.world, np.asarray(field.ao)
+    owner = _owner(around.result)
+    positions = np.asarray(world.positions) + 0.0  # -0.0 and 0.0 are one place
+    sorted_by = np.lexsort((owner, *positions.T))
+    steps = np.diff(positions[sorted_by], axis=0, prepend=np.nan).any(axis=1)
+    begins = np.flatnonzero(steps | (np.diff(owner[sorted_by], prepend=-1) != 0))
     value = np.nan_to_num(ao[:, 0], nan=-1.0)
-    order = np.argsort(place, kind="stable")
-    begins = np.flatnonzero(np.diff(place[order], prepend=-1))
-    spread = np.maximum.reduceat(value[order], begins) - np.minimum.reduceat(value[order], begins)
-    several, split = (count > 1)[place], (spread > 1e-6)[place]
+    spread = np.maximum.reduceat(value[sorted_by], begins) - np.minimum.reduceat(value[sorted_by], begins)
+    count = np.diff(begins, append=len(value))
+    several, split = (np.repeat(wanted, count) for wanted in (count > 1, spread > 1e-6))
     colors = np.full((world.vertex_count, 3), _ALONE, np.uint8)
-    colors[several] = _SHARED
-    colors[several & split] = _CREASED
+    colors[sorted_by[several]] = _SHARED
+    colors[sorted_by[several & split]] = _CREASED
     swatches = (
         (_ALONE, "alone at its place"),
         (_SHARED, "share one value"),
@@ -220,28 +204,29 @@ def _welds(kind: Inspection, result: BakeResult, field: VertexField, column: int
     return _colored(kind, colors, swatches)
 
 
-def _normals(kind: Inspection, result: BakeResult, field: VertexField, column: int) -> SurfaceField:
-    colors = np.clip(127.5 * (np.asarray(result.world.normals) + 1.0), 0.0, 255.0).astype(np.uint8)
+def _normals(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
+    colors = np.clip(127.5 * (np.asarray(around.result.world.normals) + 1.0), 0.0, 255.0).astype(np.uint8)
     return _colored(kind, colors, (((255, 127, 127), "+X"), ((127, 255, 127), "+Y"), ((127, 127, 255), "+Z")))
 
 
-def _winding(kind: Inspection, result: BakeResult, field: VertexField, column: int) -> SurfaceField:
-    world = result.world
+def _winding(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
+    world = around.result.world
     faces = np.asarray(world.faces)
     normals, _ = face_normals(world.positions, faces)
-    least = np.ones(world.vertex_count, np.float64)
+    slants, against = (np.zeros(world.vertex_count, np.bool_) for _ in range(2))
     for corner in range(3):
-        cosine = np.einsum("ij,ij->i", np.asarray(world.normals, np.float64)[faces[:, corner]], normals)
-        np.minimum.at(least, faces[:, corner], cosine)
+        cosine = np.einsum("ij,ij->i", np.asarray(world.normals, np.float32)[faces[:, corner]], normals)
+        slants[faces[cosine < 0.5, corner]] = True
+        against[faces[cosine < 0.0, corner]] = True
     colors = np.full((world.vertex_count, 3), _AGREES, np.uint8)
-    colors[least < 0.5] = _SLANTS
-    colors[least < 0.0] = _AGAINST
+    colors[slants] = _SLANTS
+    colors[against] = _AGAINST
     colors[~np.asarray(world.normals).any(axis=1)] = _UNKNOWN
     swatches = ((_AGREES, "agree"), (_SLANTS, "over 60° apart"), (_AGAINST, "opposed"), (_UNKNOWN, "no normal"))
     return _colored(kind, colors, swatches)
 
 
-_Maker = Callable[[Inspection, BakeResult, VertexField, int], SurfaceField]
+_Maker = Callable[[Inspection, Around, VertexField, int], SurfaceField]
 _MAKERS: Mapping[Inspection, _Maker] = {
     Inspection.RESIDUAL: _residual,
     Inspection.HELD: _held,
@@ -259,17 +244,10 @@ _MAKERS: Mapping[Inspection, _Maker] = {
 }
 
 
-def _valid(result: BakeResult) -> BoolArray:
-    return result.tally.valid(result.settings.back_face_threshold)
-
-
-def _misfit(result: BakeResult, field: VertexField, column: int) -> Float64Array:
+def _misfit(around: Around, field: VertexField, column: int) -> Float64Array:
     """Interpolated value minus sample, shape (samples,); 0 where a corner has no value."""
-    samples = result.samples
-    a, b, c = np.asarray(field.ao, np.float64)[np.asarray(result.world.faces)[np.asarray(samples.face)], column].T
-    first, second = np.asarray(samples.barycentric, np.float64).T
-    fitted = first * a + second * b + (1.0 - first - second) * c
-    return np.nan_to_num(fitted - np.asarray(result.tally.ao)[:, column])
+    fitted = around.at_samples(np.asarray(field.ao)[:, column])
+    return np.nan_to_num(fitted - np.asarray(around.result.tally.ao)[:, column])
 
 
 def _owner(result: BakeResult) -> np.ndarray:

@@ -10,10 +10,13 @@ from app.engine_protocol import SolveJob
 from app.window_parts import Part, Workbench
 from bake.errors import ObscuraError
 from bake.types import BakeResult, VertexField
+from viewer.around import Around
 from viewer.fields import Quantity, SurfaceField
 from viewer.inspections import Inspection, inspect
 
 _JOB = "inspection"
+_KEPT = 6
+"""Inspections to come back to at once."""
 _UNTUGGED = "values without smoothing"
 
 
@@ -24,6 +27,9 @@ class InspectionsPart(Part):
         super().__init__(bench)
         self._made: tuple[object, ...] = ()
         self._untugged: tuple[BakeResult, VertexField] | None = None
+        self._around: Around | None = None
+        self._kept: list[tuple[tuple[object, ...], SurfaceField]] = []
+        self._sources: list[tuple[object, ...]] = []
 
     def actions(self) -> Sequence[Action]:
         """One a kind."""
@@ -43,7 +49,12 @@ class InspectionsPart(Part):
         document = self.bench.document
         document.display_changed.connect(self._follow)
         document.field_changed.connect(self._follow)
+        document.result_changed.connect(self._forget)
         self.bench.engine.solve_finished.connect(self._on_solved)
+
+    def _forget(self) -> None:
+        if self._around is not None and self._around.result is not self.bench.document.result:
+            self._around, self._kept, self._sources = None, [], []
 
     def _follow(self) -> None:
         document = self.bench.document
@@ -56,6 +67,11 @@ class InspectionsPart(Part):
             return
         untugged = self._without_smoothing(result) if display.inspection is Inspection.TUG else None
         self._made = wanted
+        for known, inspection in self._kept:
+            if known == _keyed(wanted):
+                self.bench.jobs.drop(_JOB)
+                document.set_inspection(inspection)
+                return
         document.set_inspection(None)
         if display.inspection is Inspection.TUG and untugged is None:
             settings = result.settings.replaced(alpha=0.0)
@@ -65,10 +81,18 @@ class InspectionsPart(Part):
                     len(result.settings.column_distances),
                 )  # fmt: skip
             return
-        kind = display.inspection
+        kind, around = display.inspection, self._around_of(result)
         self.bench.jobs.run(
-            _JOB, lambda: inspect(kind, result, field, column, untugged=untugged), self._on_made, self._on_failed
+            _JOB,
+            lambda: inspect(kind, result, field, column, untugged=untugged, around=around),
+            lambda inspection: self._on_made(inspection, wanted),
+            self._on_failed,
         )
+
+    def _around_of(self, result: BakeResult) -> Around:
+        if self._around is None or self._around.result is not result:
+            self._around = Around(result)
+        return self._around
 
     def _without_smoothing(self, result: BakeResult) -> VertexField | None:
         return self._untugged[1] if self._untugged is not None and self._untugged[0] is result else None
@@ -79,7 +103,10 @@ class InspectionsPart(Part):
             self._untugged, self._made = (result, field), ()
             self._follow()
 
-    def _on_made(self, inspection: SurfaceField) -> None:
+    def _on_made(self, inspection: SurfaceField, wanted: tuple[object, ...]) -> None:
+        # What they were made of is kept with them: its identity must not become that of something else.
+        self._kept = [*self._kept[1 - _KEPT :], (_keyed(wanted), inspection)]
+        self._sources = [*self._sources[1 - _KEPT :], wanted]
         self.bench.document.set_inspection(inspection)
 
     def _on_failed(self, error: ObscuraError) -> None:
