@@ -115,7 +115,7 @@ class ExplainPanel(QWidget):
     def choose(self, owner: int) -> None:
         """Chooses the row of an object, or none."""
         rows = self.view.rows
-        numbers = [n for n in range(rows.rowCount()) if owner >= 0 and rows.row(n)[_PATH].key[1] == owner]
+        numbers = [n for n in range(rows.rowCount()) if owner >= 0 and rows.given(n)[_PATH].key[1] == owner]
         self.view.show_row(numbers[0] if numbers else -1)
 
     def set_enabled(self, on: bool) -> None:

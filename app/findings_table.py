@@ -45,10 +45,14 @@ class FindingsTable(QWidget):
         layout.setContentsMargins(4, 4, 4, 4)
         layout.addLayout(top)
         layout.addWidget(self.view, 1)
+        self._findings: tuple[Finding, ...] | None = None
         self.set_findings(())
 
     def set_findings(self, findings: Sequence[Finding]) -> None:
         """Replaces the rows."""
+        if self._findings is not None and (findings is self._findings or tuple(findings) == self._findings):
+            return
+        self._findings = tuple(findings)
         self.view.set_rows([_row(finding) for finding in findings])
         self._row_of = {finding.object: row for row, finding in reversed(list(enumerate(findings)))}
         objects = len({finding.object for finding in findings})

@@ -18,7 +18,7 @@ from PyQt6.QtWidgets import (
 
 from app.document import Document
 from app.view_presenter import Overlays
-from bake.types import VertexState
+from bake.types import VertexField, VertexState
 from viewer.colormaps import WARNING
 from viewer.overlays import FILLED_COLOR, UNREFERENCED_COLOR, invalid_count
 
@@ -37,6 +37,7 @@ class OverlayPanel(QWidget):
         super().__init__(parent)
         self._document = document
         self._filling = False
+        self._counted: tuple[VertexField | None, float] = (None, 0.0)
         self._rest = QTimer(self)
         self._rest.setSingleShot(True)
         self._rest.setInterval(APPLY_MS)
@@ -173,8 +174,14 @@ class OverlayPanel(QWidget):
         self.setEnabled(result is not None)
         self._scale.setText(_scale_text(document.threshold))
         if result is None or document.field is None:
+            self._counted = None, 0.0
             self._counts.setText("No result yet.")
             return
+        counted, threshold = self._counted
+        self._reset.setEnabled(document.threshold != result.settings.back_face_threshold)
+        if counted is document.field and threshold == document.threshold:
+            return
+        self._counted = document.field, document.threshold
         invalid, total = invalid_count(result.tally, document.threshold), len(result.tally)
         state = document.field.state
         filled = int((state == VertexState.FILLED).sum())
@@ -185,7 +192,6 @@ class OverlayPanel(QWidget):
         )
         self._filled.setText(f"Filled vertices ({filled:,})")
         self._unreferenced.setText(f"Unreferenced vertices ({unreferenced:,})")
-        self._reset.setEnabled(document.threshold != result.settings.back_face_threshold)
 
     def _on_threshold(self, threshold: float) -> None:
         if self._filling:

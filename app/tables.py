@@ -10,6 +10,9 @@ from PyQt6.QtCore import QAbstractTableModel, QModelIndex, QObject, QSortFilterP
 from PyQt6.QtGui import QBrush, QColor
 from PyQt6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
 
+_MEASURED_ROWS = 60
+"""Rows whose texts say how wide columns are."""
+
 
 @dataclass(frozen=True, slots=True)
 class Cell:
@@ -27,23 +30,56 @@ class RowsModel(QAbstractTableModel):
     def __init__(self, headings: Sequence[str], parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._headings = tuple(headings)
+        self._given: list[tuple[Cell, ...]] = []
         self._rows: list[tuple[Cell, ...]] = []
+        self._order: list[int] = []
+        self._by, self._descending = -1, False
 
     def set_rows(self, rows: Sequence[tuple[Cell, ...]]) -> None:
-        """Replaces all rows."""
+        """Replaces all rows; they are sorted as those before."""
         self.beginResetModel()
-        self._rows = list(rows)
+        self._given = list(rows)
+        self._arrange()
         self.endResetModel()
 
     def set_headings(self, headings: Sequence[str]) -> None:
         """Replaces the headings, and with them the number of columns; leaves no rows."""
         self.beginResetModel()
-        self._headings, self._rows = tuple(headings), []
+        self._headings, self._given = tuple(headings), []
+        self._arrange()
         self.endResetModel()
 
     def row(self, number: int) -> tuple[Cell, ...]:
-        """One row, in source order."""
+        """One row of the model, as it is sorted."""
         return self._rows[number]
+
+    def given(self, number: int) -> tuple[Cell, ...]:
+        """The row given as the `number`-th."""
+        return self._given[number]
+
+    def place_of(self, number: int) -> int:
+        """Where a row stands now that was given as the `number`-th; -1 if there is none."""
+        return self._order.index(number) if 0 <= number < len(self._order) else -1
+
+    def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
+        """Sorts by the keys of a column: at once, where a proxy would ask for two keys a comparison."""
+        self.layoutAboutToBeChanged.emit()
+        before, kept = self._order, self.persistentIndexList()
+        self._by, self._descending = column, order is Qt.SortOrder.DescendingOrder
+        self._arrange()
+        place = {number: row for row, number in enumerate(self._order)}
+        self.changePersistentIndexList(kept, [self.index(place[before[old.row()]], old.column()) for old in kept])
+        self.layoutChanged.emit()
+
+    def _arrange(self) -> None:
+        self._order = list(range(len(self._given)))
+        if 0 <= self._by < len(self._headings):
+            keys = [row[self._by].text if row[self._by].key is None else row[self._by].key for row in self._given]
+            try:
+                self._order.sort(key=keys.__getitem__, reverse=self._descending)
+            except TypeError:  # numbers among texts
+                self._order.sort(key=lambda row: str(keys[row]), reverse=self._descending)
+        self._rows = [self._given[row] for row in self._order]
 
     def rowCount(self, parent: QModelIndex = QModelIndex()) -> int:  # noqa: B008 - Qt's own signature
         """Number of rows."""
@@ -75,15 +111,23 @@ class RowsModel(QAbstractTableModel):
         return None
 
 
+class _FilterProxy(QSortFilterProxyModel):
+    """Leaves rows out, and leaves their order to the model."""
+
+    def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
+        source = self.sourceModel()
+        if source is not None:
+            source.sort(column, order)
+
+
 class RowsView(QTableView):
     """Shows a `RowsModel`, sortable by its headings."""
 
     def __init__(self, headings: Sequence[str], stretch: int, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.rows = RowsModel(headings, self)
-        self.proxy = QSortFilterProxyModel(self)
+        self.proxy = _FilterProxy(self)
         self.proxy.setSourceModel(self.rows)
-        self.proxy.setSortRole(Qt.ItemDataRole.UserRole)
         self.proxy.setFilterCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
         self.proxy.setFilterKeyColumn(-1)
         self.setModel(self.proxy)
@@ -101,6 +145,7 @@ class RowsView(QTableView):
         columns.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
         columns.setSectionResizeMode(stretch, QHeaderView.ResizeMode.Stretch)
         columns.setHighlightSections(False)
+        columns.setResizeContentsPrecision(_MEASURED_ROWS)
 
     def set_rows(self, rows: Sequence[tuple[Cell, ...]]) -> None:
         """Replaces all rows and fits the columns to them."""
@@ -108,8 +153,9 @@ class RowsView(QTableView):
         self.resizeColumnsToContents()
 
     def show_row(self, number: int) -> None:
-        """Selects a row, in source order, and scrolls to it; -1, or one that is filtered out, selects none."""
-        index = self.proxy.mapFromSource(self.rows.index(number, 0)) if number >= 0 else QModelIndex()
+        """Selects the row given as the `number`-th and scrolls to it; -1, or one filtered out, selects none."""
+        place = self.rows.place_of(number)
+        index = self.proxy.mapFromSource(self.rows.index(place, 0)) if place >= 0 else QModelIndex()
         if index.isValid():
             self.selectRow(index.row())
         else:

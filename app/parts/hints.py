@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from PyQt6.QtCore import QTimer
+
 from app.actions import Action, ActionSpec
 from app.hints import HintCard
 from app.window_parts import Part, Workbench
@@ -16,6 +18,10 @@ class HintsPart(Part):
         super().__init__(bench)
         self.card = HintCard(bench.area.main.view)
         self.card.dismissed.connect(self.dismiss)
+        self._soon = QTimer(bench.window)  # actions change by the dozen
+        self._soon.setSingleShot(True)
+        self._soon.setInterval(0)
+        self._soon.timeout.connect(self._refresh)
 
     def actions(self) -> list[Action]:
         """Brings the hints back."""
@@ -23,7 +29,7 @@ class HintsPart(Part):
 
     def connect(self) -> None:
         """Shows the hints to those who have not dismissed them."""
-        self.bench.registry.changed.connect(self._refresh)
+        self.bench.registry.changed.connect(self._soon.start)
         if str(self.bench.store.value(_DISMISSED, "")).lower() != "true":
             self.show()
 
