@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 
 import numpy as np
 from PyQt6.QtCore import QPointF, Qt, QTimer, pyqtSignal
@@ -16,6 +17,7 @@ from app.legend import Legend
 from app.navigation import Navigation
 from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, UInt8Array, World
 from viewer.actors import SurfaceActor
+from viewer.boxes import box_around
 from viewer.camera import Camera
 from viewer.display import Display
 from viewer.fields import Scale, SurfaceField, relief_of
@@ -85,6 +87,7 @@ class Viewport(QWidget):
         self.view.mouse_left.connect(self._on_leave)
         self.view.resized.connect(self._place_children)
         self.view.first_painted.connect(self._on_first_paint)
+        self._hovered_at = -1.0
         self._hover_timer = QTimer(self)
         self._hover_timer.setSingleShot(True)
         self._hover_timer.timeout.connect(self._emit_hover)
@@ -127,7 +130,7 @@ class Viewport(QWidget):
         self.hint.setVisible(world is None)
         if world is not None and world.face_count:
             positions = np.asarray(world.positions)
-            self._bounds = np.stack((positions.min(axis=0), positions.max(axis=0)))
+            self._bounds = box_around(positions)
             self._surface = SurfaceActor(positions, np.asarray(world.faces))
             self._relief = relief_of(world.normals)
             self.view.renderer.AddActor(self._surface.actor)
@@ -286,11 +289,14 @@ class Viewport(QWidget):
         self._start_hover()
 
     def _start_hover(self) -> None:
+        """At once, unless that was done a moment ago."""
         if not self._hover_timer.isActive():
-            self._hover_timer.start(HOVER_MS)
+            since = 1000.0 * (time.monotonic() - self._hovered_at)
+            self._hover_timer.start(max(HOVER_MS - int(since), 0))
 
     def _emit_hover(self) -> None:
         if self._hover is not None:
+            self._hovered_at = time.monotonic()
             self.hovered.emit(self.pick_at(self._hover))
 
     def _on_leave(self) -> None:

@@ -67,6 +67,7 @@ class SurfaceActor:
 
     def __init__(self, positions: Float64Array | Float32Array, faces: Int32Array) -> None:
         self._faces = np.array(faces, np.int32)
+        self._subset = False
         self._data = vtkPolyData()
         self._data.SetPoints(vtk_points(np.array(positions, np.float32)))
         self._data.SetPolys(vtk_cells(self._faces))
@@ -168,7 +169,7 @@ class SurfaceActor:
     def twin(self) -> SurfaceActor:
         """The same triangles once more, with colours of their own; positions and faces are shared."""
         twin = SurfaceActor.__new__(SurfaceActor)
-        twin._faces, twin._data = self._faces, vtkPolyData()
+        twin._faces, twin._data, twin._subset = self._faces, vtkPolyData(), self._subset
         twin._data.SetPoints(self._data.GetPoints())
         twin._data.SetPolys(self._data.GetPolys())
         twin._begin(len(self._colors))
@@ -176,6 +177,7 @@ class SurfaceActor:
 
     def show_faces_of(self, other: SurfaceActor) -> None:
         """Draws the faces that a twin draws."""
+        self._subset = other._subset
         self._data.SetPolys(other._data.GetPolys())
         self._data.Modified()
 
@@ -193,5 +195,8 @@ class SurfaceActor:
 
     def set_visible_faces(self, visible: BoolArray | None) -> None:
         """Draws a subset of the faces; shape (m,), bool, or None for all of them."""
+        if visible is None and not self._subset:
+            return
+        self._subset = visible is not None
         self._data.SetPolys(vtk_cells(self._faces if visible is None else self._faces[visible]))
         self._data.Modified()

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bake.types import Float64Array
+from viewer.boxes import box_around
 
 _STEEPEST = math.radians(89.0)
 
@@ -151,9 +152,9 @@ def robust_bounds(positions: Float64Array, outside: float = 0.02) -> tuple[Float
     """
     if not len(positions):
         return np.zeros(3), np.ones(3)
-    step = max(1, len(positions) // 200_000)
+    step = max(1, len(positions) // 50_000)
     low, high = np.quantile(positions[::step], (outside, 1.0 - outside), axis=0)
-    full_low, full_high = positions.min(axis=0), positions.max(axis=0)
+    full_low, full_high = box_around(positions)
     if np.linalg.norm(full_high - full_low) <= 1.6 * np.linalg.norm(high - low):
         return full_low, full_high
     margin = 0.05 * np.linalg.norm(high - low)
