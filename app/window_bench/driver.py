@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pyvistaqt  # noqa: F401 - sets the OpenGL format of the process before any window
-from PyQt6.QtCore import QEvent, QEventLoop, QPointF, QSettings, Qt, QTimer
+from PyQt6.QtCore import QCoreApplication, QEvent, QEventLoop, QPointF, QSettings, Qt, QTimer
 from PyQt6.QtGui import QMouseEvent
 from PyQt6.QtWidgets import QApplication
 
@@ -59,9 +59,14 @@ class Driver:
         self.phase("opening", lambda: self._open(result))
 
     def close(self) -> None:
-        """Closes the window."""
+        """Closes the window and waits until nothing of it is left."""
         self.window.close()
+        self.window.deleteLater()
+        for _ in range(3):
+            QApplication.processEvents()
+            QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
         self._clock.stop()
+        self._app.rest()
 
     def phase(self, name: str, work: Callable[[], object]) -> None:
         """Does something, and keeps its longest slices under a name."""

@@ -50,6 +50,10 @@ class TimedApplication(QApplication):
         """Forgets what was."""
         self.slices = []
 
+    def rest(self) -> None:
+        """Times nothing any more: at the end of the process no Python may run inside of an event."""
+        self._depth = 1
+
     def notify(self, receiver: QObject, event: QEvent) -> bool:
         """Delivers an event."""
         if self._depth or threading.get_ident() != self._own:
