@@ -48,7 +48,7 @@ def measure_window(path: Path | None, options: Mapping[str, Any]) -> list[Measur
         starts = [_start(result, folder) for _ in range(_STARTS + 1)][1:]  # the first one warms the disk's cache
         answers, slices = _drive(result, folder)
     return [
-        Measurements("window start", _start_rows(starts), [about, *_START_NOTES]),
+        Measurements("window start", start_rows(starts), [about, *_START_NOTES]),
         Measurements("window answers", answers, [about, *_ANSWER_NOTES]),
         Measurements("window slices", slices, [about, *_SLICE_NOTES]),
     ]
@@ -101,7 +101,8 @@ def _start(result: Path, folder: Path) -> dict[str, float]:
     return json.loads(file.read_text())
 
 
-def _start_rows(starts: list[dict[str, float]]) -> list[dict[str, Any]]:
+def start_rows(starts: list[dict[str, float]]) -> list[dict[str, Any]]:
+    """Medians of starts as `app.window_bench.start` times them, drawing subtracted."""
     rows: list[dict[str, Any]] = []
     names = {"window": "window, empty", "geometry": "window with the level", "picture": "the level with its values"}
     for key, what in names.items():

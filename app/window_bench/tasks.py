@@ -41,7 +41,7 @@ def switch_views(driver: Driver) -> list[Row]:
             driver.wait(30)
             if name in ("game", "shading"):  # back again
                 driver.ask(window.actions_by_id[name].trigger, lambda: True)
-    return [_row(f"view: {name.removeprefix('inspect-')}", found, VIEW_MS) for name, found in answers.items()]
+    return [timed_row(f"view: {name.removeprefix('inspect-')}", found, VIEW_MS) for name, found in answers.items()]
 
 
 def hover(driver: Driver) -> list[Row]:
@@ -54,7 +54,7 @@ def hover(driver: Driver) -> list[Row]:
             driver.ask(lambda place=place: driver.move_to(place), lambda before=before: strip.text() != before)
         )
         driver.wait(40)
-    return [_row("hover readout", answers, HOVER_MS)]
+    return [timed_row("hover readout", answers, HOVER_MS)]
 
 
 def explain(driver: Driver) -> list[Row]:
@@ -69,7 +69,7 @@ def explain(driver: Driver) -> list[Row]:
             driver.ask(lambda place=place: driver.click(place), lambda before=before: _is_new(part.explained, before))
         )
         driver.settle()
-    return [_row("explanation, first", answers[:1], None), _row("explanation", answers[1:], EXPLAIN_MS)]
+    return [timed_row("explanation, first", answers[:1], None), timed_row("explanation", answers[1:], EXPLAIN_MS)]
 
 
 def slide(driver: Driver) -> list[Row]:
@@ -93,10 +93,11 @@ def slide(driver: Driver) -> list[Row]:
             )
         )
         driver.wait(100)
-    return [{**_row(f"β of {count} regions", answers[1:], SLIDER_MS)}]
+    return [timed_row(f"β of {count} regions", answers[1:], SLIDER_MS)]
 
 
-def _row(what: str, answers: Iterable[Answer], gate: float | None) -> Row:
+def timed_row(what: str, answers: Iterable[Answer], gate: float | None) -> Row:
+    """Medians of answers, and whether that of our own work keeps to the gate, in milliseconds."""
     found = list(answers)
     milliseconds = 1000.0 * float(np.median([answer.seconds for answer in found]))
     row: Row = {
