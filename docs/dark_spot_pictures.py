@@ -8,6 +8,7 @@ the table, counted from 1 (without: the first that has a remedy to write).
 
 from __future__ import annotations
 
+import logging
 import shutil
 import sys
 import tempfile
@@ -32,6 +33,7 @@ from app.window import Window
 from bake.pipeline import BakeRequest, run_bake
 
 SIZE = (1400, 900)
+logger = logging.getLogger(__name__)
 PATIENCE = 240.0
 
 
@@ -92,6 +94,12 @@ class Walk:
         self.act("spot-next")
         self.act("explain")
         self.until(lambda: part.explained is not None and part.explained is not former)
+        assert part.explained is not None
+        spot, world = part.explained.explanation.spot, self.window.document.world
+        assert world is not None
+        causes = ", ".join(f"{cause.kind.heading} {cause.confidence:.2f}" for cause in part.explained.causes[:3])
+        value = part.explained.explanation.value.round(3).tolist()
+        logger.info("%s at %s: AO %s; %s", world.object_paths[spot.object], spot.position.round(2), value, causes)
         for card in part.panel.causes._cards:
             for row in card._rows:
                 if row._remedy.writes and row._remedy.objects:
@@ -144,6 +152,7 @@ def main(scene: Path, folder: Path, number: int, quality: str) -> None:
 
 
 if __name__ == "__main__":
+    logging.basicConfig(level=logging.INFO)
     arguments = sys.argv[1:]
     main(
         Path(arguments[0]).resolve(),
