@@ -29,6 +29,10 @@ class FileLedger:
         """SHA-256 in hex of every file read so far, `ABSENT` for those that were not there."""
         return dict(self._seen)
 
+    def remember(self, seen: Mapping[str, str]) -> None:
+        """Takes over what another ledger of the scene has read."""
+        self._seen.update(seen)
+
     def read(self, name: str, *, what: str) -> bytes:
         """The content of a file beside the scene.
 

@@ -46,12 +46,22 @@ def flatten(scene: Scene, settings: BakeSettings, *, origin: Float64Array | None
         return _flatten(scene, settings, origin)
 
 
-def _flatten(scene: Scene, settings: BakeSettings, origin: Float64Array | None) -> World:
+def flatten_about(scene: Scene, settings: BakeSettings, origin: Float64Array) -> World:
+    """Like `flatten` about an origin that is kept wherever the scene lies: for some objects of a larger world.
+
+    Raises:
+        SceneError: as `flatten`.
+    """
+    with np.errstate(all="ignore"):
+        return _flatten(scene, settings, origin, surely=True)
+
+
+def _flatten(scene: Scene, settings: BakeSettings, origin: Float64Array | None, *, surely: bool = False) -> World:
     objects = scene.objects
     _check_size(scene)
     sharer = MeshSharer(scene.materials)
     shared = {index: sharer.share(scene.meshes[index]) for index in sorted({item.mesh for item in objects})}
-    placed = _place(objects, shared, origin)
+    placed = _place(objects, shared, origin, surely=surely)
     hasher = ContentHasher(scene)
     face_object = np.repeat(np.arange(len(objects), dtype=np.int32), np.diff(placed.first_face))
     casts = np.array([item.role.casts_opaque for item in objects], np.bool_)[face_object]
@@ -137,8 +147,13 @@ class _Placed:
         return slice(int(self.first_face[number]), int(self.first_face[number + 1]))
 
 
-def _place(objects: Sequence[SceneObject], shared: dict[int, SharedMesh], kept: Float64Array | None) -> _Placed:
-    """World positions about the origin: `kept`, if it is a good one. Boxes are those of the vertices that faces use."""
+def _place(
+    objects: Sequence[SceneObject], shared: dict[int, SharedMesh], kept: Float64Array | None, *, surely: bool
+) -> _Placed:
+    """World positions about the origin: `kept`, if it is a good one or `surely` the one.
+
+    Boxes are those of the vertices that faces use.
+    """
     first_vertex = _offsets([len(shared[item.mesh].mesh.positions) for item in objects])
     first_face = _offsets([len(shared[item.mesh].mesh.faces) for item in objects])
     positions = np.empty((first_vertex[-1], 3))
@@ -155,7 +170,7 @@ def _place(objects: Sequence[SceneObject], shared: dict[int, SharedMesh], kept: 
     counts = np.array([item.role is not Role.IGNORE for item in objects])
     counts |= not counts.any()
     minimum, maximum = (low + moved)[counts].min(axis=0), (high + moved)[counts].max(axis=0)
-    origin = _origin(minimum, maximum, kept)
+    origin = kept if kept is not None and surely else near_centre(minimum, maximum, kept)
     for number, shift in enumerate(moved - origin):
         positions[first_vertex[number] : first_vertex[number + 1]] += shift
     return _Placed(
@@ -169,7 +184,7 @@ def _place(objects: Sequence[SceneObject], shared: dict[int, SharedMesh], kept: 
     )
 
 
-def _origin(minimum: Float64Array, maximum: Float64Array, kept: Float64Array | None) -> Float64Array:
+def near_centre(minimum: Float64Array, maximum: Float64Array, kept: Float64Array | None) -> Float64Array:
     """`kept` if it lies within a quarter of the box's diagonal of its centre, else the grid's point near the centre.
 
     The grid's spacing is the power of two below a quarter of the diagonal. A centre moves on to the next point at 9/16

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from bake.scene.parsed import ParsedFile
 from bake.scene.ply import parse_ply
 from bake.scene.roles import assign_roles
 from bake.scene.side_file import read_side_file
-from bake.scene.validate import find_problems
+from bake.scene.validate import MeshChecks, find_problems
 from bake.types import Scene
 
 log = logging.getLogger(__name__)
@@ -40,7 +41,10 @@ def load_scene(path: Path, *, crease_angle: float = 40.0) -> Scene:
         SceneError: the file, one that it refers to, or its side file is missing, damaged or not understood; or the
             scene holds nothing that can be baked.
     """
-    path = Path(path)
+    return SceneReader(path).read(crease_angle=crease_angle)
+
+
+def _parser(path: Path) -> Callable[..., ParsedFile]:
     parser = PARSERS.get(path.suffix.lower())
     if parser is None:
         if path.suffix.lower() in LATER:
@@ -50,31 +54,83 @@ def load_scene(path: Path, *, crease_angle: float = 40.0) -> Scene:
             where=str(path),
             remedy=f"use {', '.join(PARSERS)}",
         )
-    ledger = FileLedger(path)
-    try:
-        with np.errstate(all="ignore"):
-            return _load(parser(ledger, crease_angle=crease_angle), ledger)
-    except MemoryError:
-        raise SceneError("the scene does not fit into memory", where=str(path), remedy="split it") from None
+    return parser
 
 
-def _load(parsed: ParsedFile, ledger: FileLedger) -> Scene:
-    side_file = read_side_file(ledger)
-    if not parsed.placements:
-        raise SceneError("the scene has no triangles", where=str(ledger.scene), remedy="export it with its meshes")
-    placements = with_copies(parsed.placements, side_file.copies, str(ledger.folder / side_file.name))
-    objects, role_findings = assign_roles(placements, side_file, str(ledger.scene), parsed.meshes)
-    scene = Scene(
-        path=ledger.scene,
-        meshes=tuple(parsed.meshes),
-        materials=tuple(parsed.materials),
-        objects=tuple(objects),
-        regions=side_file.regions,
-        bake_options=side_file.bake_options,
-        findings=(*parsed.findings, *role_findings),
-        files=ledger.seen,
-        up_axis=parsed.up_axis,
-    )
-    problems = find_problems(scene)
-    log.info("%s: %d objects, %d meshes", ledger.scene.name, len(objects), len(parsed.meshes))
-    return replace(scene, findings=(*scene.findings, *problems))
+class SceneReader:
+    """Reads one scene again and again. What lies in the scene's own files is parsed anew only if one of them changed.
+
+    So a scene of which only the side file changed is there at once, and its meshes and materials are the very objects
+    of the scene read before.
+
+    Args:
+        path: As for `load_scene`.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = Path(path)
+        self._parsed: tuple[ParsedFile, dict[str, str], dict[str, _Stamp], float] | None = None
+        self._checks = MeshChecks()
+
+    def read(self, *, crease_angle: float = 40.0) -> Scene:
+        """The scene as its files are now; see `load_scene`.
+
+        Raises:
+            SceneError: as there.
+        """
+        parser = _parser(self.path)
+        ledger = FileLedger(self.path)
+        try:
+            with np.errstate(all="ignore"):
+                return self._finished(self._parse(parser, ledger, crease_angle), ledger)
+        except MemoryError:
+            where = str(self.path)
+            raise SceneError("the scene does not fit into memory", where=where, remedy="split it") from None
+
+    def _parse(self, parser: Callable[..., ParsedFile], ledger: FileLedger, crease_angle: float) -> ParsedFile:
+        if self._parsed is not None:
+            parsed, seen, stamps, angle = self._parsed
+            if angle == crease_angle and stamps == _stamps(ledger.folder, stamps):
+                ledger.remember(seen)
+                return parsed
+        self._parsed, self._checks = None, MeshChecks()
+        parsed = parser(ledger, crease_angle=crease_angle)
+        seen = dict(ledger.seen)
+        self._parsed = (parsed, seen, _stamps(ledger.folder, seen), crease_angle)
+        return parsed
+
+    def _finished(self, parsed: ParsedFile, ledger: FileLedger) -> Scene:
+        side_file = read_side_file(ledger)
+        if not parsed.placements:
+            raise SceneError("the scene has no triangles", where=str(ledger.scene), remedy="export it with its meshes")
+        placements = with_copies(parsed.placements, side_file.copies, str(ledger.folder / side_file.name))
+        objects, role_findings = assign_roles(placements, side_file, str(ledger.scene), parsed.meshes)
+        scene = Scene(
+            path=ledger.scene,
+            meshes=tuple(parsed.meshes),
+            materials=tuple(parsed.materials),
+            objects=tuple(objects),
+            regions=side_file.regions,
+            bake_options=side_file.bake_options,
+            findings=(*parsed.findings, *role_findings),
+            files=ledger.seen,
+            up_axis=parsed.up_axis,
+        )
+        problems = find_problems(scene, self._checks)
+        log.info("%s: %d objects, %d meshes", ledger.scene.name, len(objects), len(parsed.meshes))
+        return replace(scene, findings=(*scene.findings, *problems))
+
+
+_Stamp = tuple[int, int, int] | None
+"""Time of change, size and number of a file; None where there is none."""
+
+
+def _stamps(folder: Path, names: Iterable[str]) -> dict[str, _Stamp]:
+    found: dict[str, _Stamp] = {}
+    for name in names:
+        try:
+            stat = (folder / name).stat()
+            found[name] = (stat.st_mtime_ns, stat.st_size, stat.st_ino)
+        except (OSError, ValueError):
+            found[name] = None
+    return found

@@ -22,10 +22,11 @@ def check_placing(name: str, value: Any, where: str) -> tuple[float, float, floa
     Raises:
         SceneError: no numbers, too large ones, or a scale that is not positive.
     """
-    items: list[Any] = list(cast("Sequence[Any]", value)) if isinstance(value, list | tuple) else [value]
+    items: list[Any] = [value] if not isinstance(value, list | tuple) else [*cast("Sequence[Any]", value)]
     numbers = [float(item) for item in items if isinstance(item, int | float) and not isinstance(item, bool)]
     if name == "scale" and len(items) == len(numbers) == 1 and not isinstance(value, list | tuple):
         numbers = items = numbers * 3
+    shown = str(items if len(items) > 1 else items[0] if items else items)[:40]
     limit = {"translate": FARTHEST, "rotate": STEEPEST}.get(name, LARGEST_SCALE)
     fits = len(items) == len(numbers) == 3 and all(-limit <= number <= limit for number in numbers)
     if not fits or (name == "scale" and not all(number >= 1.0 / LARGEST_SCALE for number in numbers)):
@@ -33,7 +34,7 @@ def check_placing(name: str, value: Any, where: str) -> tuple[float, float, floa
             "translate": "three numbers in metres, [x, y, z]",
             "rotate": "three angles in degrees, [x, y, z]",
         }.get(name, f"a factor from {1.0 / LARGEST_SCALE:g} to {LARGEST_SCALE:g}, or three, [x, y, z]")
-        raise SceneError(f"{name} is {str(value)[:40]!r}", where=where, remedy=f"use {expected}")
+        raise SceneError(f"{name} is {shown!r}", where=where, remedy=f"use {expected}")
     return numbers[0], numbers[1], numbers[2]
 
 

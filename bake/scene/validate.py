@@ -10,7 +10,7 @@ from bake.errors import SceneError
 from bake.scene.enclosure import box_corners, enclosing_objects
 from bake.scene.key_findings import key_findings
 from bake.scene.mesh_check import MeshCheck, check_mesh
-from bake.types import Finding, Float64Array, Role, Scene
+from bake.types import Finding, Float64Array, Mesh, Role, Scene
 
 FARTHEST = 1e9  # metres; beyond, products of coordinates leave the range of float32
 SMALLEST_SCENE, LARGEST_SCENE = 1.0, 10_000.0  # metres, longest side of a plausible level
@@ -33,21 +33,49 @@ MESH_FINDINGS = (
 )  # fmt: skip
 
 
-def find_problems(scene: Scene) -> list[Finding]:
+class MeshChecks:
+    """What was found out about meshes, so that a scene that is read again is not looked over again.
+
+    The meshes must stay as they are, and alive: they are told apart by identity.
+    """
+
+    def __init__(self) -> None:
+        self._checks: dict[int, MeshCheck] = {}
+        self._corners: dict[int, Float64Array] = {}
+
+    def check(self, mesh: Mesh) -> MeshCheck:
+        """What is odd about a mesh."""
+        if id(mesh) not in self._checks:
+            self._checks[id(mesh)] = check_mesh(mesh)
+        return self._checks[id(mesh)]
+
+    def corners(self, mesh: Mesh) -> Float64Array:
+        """Corners of a mesh's box in object space."""
+        if id(mesh) not in self._corners:
+            self._corners[id(mesh)] = box_corners(mesh.positions, mesh.faces)
+        return self._corners[id(mesh)]
+
+
+def find_problems(scene: Scene, checks: MeshChecks | None = None) -> list[Finding]:
     """Findings in scene order; a mesh that many objects share is looked over once and reported at the first.
+
+    Args:
+        scene: As loaded.
+        checks: What is known of its meshes already.
 
     Raises:
         SceneError: an object reaches farther than 10⁹ m from the origin.
     """
     shown = Counter(item.mesh for item in scene.objects)
-    boxes = world_boxes(scene)
+    checks = checks or MeshChecks()
+    boxes = world_boxes(scene, checks)
     _refuse_far(scene, boxes)
     findings: list[Finding] = []
     done: set[int] = set()
     for item in scene.objects:
         if item.mesh not in done:
             done.add(item.mesh)
-            findings += _mesh_findings(check_mesh(scene.meshes[item.mesh]), item.path, shown[item.mesh])
+            findings += _mesh_findings(checks.check(scene.meshes[item.mesh]), item.path, shown[item.mesh])
     return [
         *findings,
         *key_findings(scene),
@@ -57,9 +85,10 @@ def find_problems(scene: Scene) -> list[Finding]:
     ]
 
 
-def world_boxes(scene: Scene) -> Float64Array:
+def world_boxes(scene: Scene, checks: MeshChecks | None = None) -> Float64Array:
     """A world box around each object, shape (o, 2, 3): that of its turned object-space box, so never too small."""
-    corners = {index: box_corners(mesh.positions, mesh.faces) for index, mesh in enumerate(scene.meshes)}
+    checks = checks or MeshChecks()
+    corners = {index: checks.corners(mesh) for index, mesh in enumerate(scene.meshes)}
     linear = np.stack([item.transform[:3, :3] for item in scene.objects])
     shift = np.stack([item.transform[:3, 3] for item in scene.objects])
     own = np.stack([corners[item.mesh] for item in scene.objects])
