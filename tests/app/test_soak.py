@@ -136,17 +136,11 @@ def _live(times: int, folder: Path, store: QSettings, qtbot: QtBot, scene: Path)
         seen.append(_counts())
         logger.info("%s", seen[-1])
         assert reference() is None
-    assert {
-        name: (seen[1][name], count) for name, count in seen[-1].items() if count > seen[1][name] + _more(name)
-    } == {}
-    if times >= 2 * WARM and MEMORY in seen[0]:
-        before, after = (statistics.median(counts[MEMORY] for counts in part) for part in (seen[5:WARM], seen[-5:]))
+    memory = [counts.pop(MEMORY, 0) for counts in seen]  # the allocator gives some back, some not: looked at apart
+    assert {name: (seen[1][name], count) for name, count in seen[-1].items() if count > seen[1][name]} == {}
+    if times >= 2 * WARM:
+        before, after = statistics.median(memory[5:WARM]), statistics.median(memory[-5:])
         assert after <= before * (1.0 + GROWTH)
-
-
-def _more(name: str) -> float:
-    """Memory is looked at apart: the allocator gives some back, some not."""
-    return float("inf") if name == MEMORY else 0.0
 
 
 def test_windows_leave_nothing_behind(
