@@ -114,7 +114,14 @@ def summed(points: RegionPoints, graph: RegionGraph, known: Sums | None = None) 
     )  # fmt: skip
     for whole, part in parts:
         whole[changed] = part
-    return Sums(state, Moments(*(whole for whole, _ in parts)), find_crossings(graph, points))
+    links = np.flatnonzero(np.isin(graph.link, changed).any(axis=1))
+    crossed = find_crossings(
+        replace(graph, link=graph.link[links], link_area=graph.link_area[links], link_centre=graph.link_centre[links]),
+        points,
+    )
+    position, counts = known.crossings.position.copy(), known.crossings.counts.copy()
+    position[links], counts[links] = crossed.position, crossed.counts
+    return Sums(state, Moments(*(whole for whole, _ in parts)), Crossings(position, counts))
 
 
 def refit(
