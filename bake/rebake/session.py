@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Generator
 from types import TracebackType
 from typing import Self
@@ -10,9 +11,12 @@ import numpy as np
 
 from bake.devices import Device
 from bake.pipeline import bake
+from bake.rebake.find_edit import NoEdit, find_edit
+from bake.rebake.follow import follow
+from bake.rebake.state import State
 from bake.rebake.types import Partial, RebakeOutcome, RebakeReport
-from bake.settings import BakeSettings
-from bake.stages import StageClock
+from bake.settings import BakeSettings, TracerKind
+from bake.stages import StageClock, patiently
 from bake.types import BakeResult, Int64Array, Progress, Scene
 
 DEFAULT_BOUND = 1.0 / 512.0
@@ -24,23 +28,28 @@ class RebakeSession:
 
     Args:
         result: A bake.
-        scene: What was baked, if it is at hand; it spares some work on trees.
+        scene: What was baked, if it is at hand; it spares some work on trees and regions.
         device: Where to trace.
         bound: Most AO that may be skipped for a sample, over all rebakes since it was traced; 0 skips nothing that the
             edit can reach at all.
-
-    Attributes:
-        result: The result as it stands: of the last rebake that came to its end.
-        scene: What it was baked from; None if nobody said.
     """
 
     def __init__(
         self, result: BakeResult, scene: Scene | None, device: Device, *, bound: float = DEFAULT_BOUND
     ) -> None:
-        self.result = result
-        self.scene = scene
+        self._state = State(result, scene)
         self._device = device
         self._bound = bound
+
+    @property
+    def result(self) -> BakeResult:
+        """The bake as it stands: of the last rebake that came to its end."""
+        return self._state.result
+
+    @property
+    def scene(self) -> Scene | None:
+        """What it was baked from; None if nobody said."""
+        return self._state.scene
 
     def rebake(
         self,
@@ -71,25 +80,53 @@ class RebakeSession:
             DeviceError: the device failed.
         """
         clock = StageClock()
-        result = yield from bake(scene, settings, self._device, clock)
-        changed = np.flatnonzero(np.isfinite(result.field.ao).any(axis=1)).astype(np.int64)
-        rays = int(result.tally.rays.sum(dtype=np.int64))
-        yield Partial(changed, result.field.ao[changed], rays, rays, final=True)
-        report = RebakeReport(
-            full="every edit is baked in full",
-            samples=len(result.samples),
-            samples_whole=len(result.samples),
-            rays_traced=rays,
-            rays_changed=rays,
-            vertices_changed=len(changed),
-            seconds=clock.seconds,
-            stages={row.name: row.seconds for row in clock.rows},
+        state = self._state
+        settings = self._as_traced(settings)
+        found, seconds = yield from patiently(
+            "compare",
+            lambda: find_edit(state, scene, settings, exact=self._bound <= 0.0, objects=objects, faces=faces),
         )
-        self.result, self.scene = result, scene
-        return RebakeOutcome(result, report)
+        if isinstance(found, NoEdit):
+            after, outcome = yield from self._in_full(found, settings, clock)
+        else:
+            clock.ran("compare", f"{len(found.casters):,} boxes hold what rays see differently", seconds)
+            after, outcome = yield from follow(state, found, self._device, clock, bound=self._bound, first=first)
+        before, self._state = self._state, after
+        if before.tracer is not None and before.tracer is not after.tracer:
+            before.tracer.close()
+        return outcome
 
     def close(self) -> None:
         """Frees what the session holds."""
+        if self._state.tracer is not None:
+            self._state.tracer.close()
+        self._state = State(self._state.result, self._state.scene)
+
+    def _as_traced(self, settings: BakeSettings) -> BakeSettings:
+        """The settings with the tracer that the result was baked with, wherever the device has it."""
+        if self.result.tracer == "brute":
+            return settings.replaced(tracer=TracerKind.BRUTE)
+        return settings
+
+    def _in_full(
+        self, found: NoEdit, settings: BakeSettings, clock: StageClock
+    ) -> Generator[Progress | Partial, None, tuple[State, RebakeOutcome]]:
+        result = yield from bake(found.scene, settings, self._device, clock)
+        vertices = np.flatnonzero(np.isfinite(result.field.ao).any(axis=1)).astype(np.int64)
+        rays = int(result.tally.rays.sum(dtype=np.int64))
+        yield Partial(vertices, result.field.ao[vertices], rays, rays, final=True)
+        report = RebakeReport(
+            full=found.why,
+            samples=len(result.samples),
+            samples_whole=len(result.samples),
+            samples_changed=len(result.samples),
+            rays_traced=rays,
+            rays_changed=rays,
+            vertices_changed=len(vertices),
+            seconds=clock.seconds,
+            stages={row.name: row.seconds for row in clock.rows},
+        )
+        return State(dataclasses.replace(result), found.scene), RebakeOutcome(result, report)
 
     def __enter__(self) -> Self:
         return self

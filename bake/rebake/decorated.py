@@ -1,0 +1,173 @@
+"""What hangs on the surface and on the space around it: trees, regions, small decorators, lower levels of detail."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+
+import numpy as np
+
+from bake.decorators.resampling import Resampling, resample_surfaces
+from bake.decorators.trees import BakedTrees, bake_trees
+from bake.devices import Device
+from bake.pipeline import lent_stages, open_tracer
+from bake.rebake.setting_changes import REGIONS, SAMPLES, SMALL, SOLVE, SPACE, TREES
+from bake.rebake.state import Edit, State
+from bake.regions.model_findings import KINDS
+from bake.regions.probes import judged
+from bake.regions.region_stage import RegionOutcome, bake_regions, find_regions, model_regions
+from bake.samples import place_samples
+from bake.scene import samplable_faces
+from bake.solve import map_to_vertices
+from bake.stages import StageClock
+from bake.trace import Tracer
+from bake.types import BakeResult, Finding, Int64Array, Progress, Role, VertexField
+
+TREE_FINDINGS = frozenset({"tree-volume-coarsened", "tree-volume-buried", "local-ao-refined"})
+SMALL_FINDINGS = frozenset({"no-surface-around", "far-from-finest-level"})
+SPACE_FINDINGS = frozenset(
+    {
+        "regions-leave-outskirts",
+        "region-cell-coarsened",
+        "regions-enlarged",
+        "too-many-regions",
+        "region-outside-scene",
+        "closed-link",
+        "region-without-points",
+    }
+)
+MODEL_FINDINGS = frozenset(KINDS)
+
+_NOT_REACHED = "carried: the edit does not reach it"
+
+
+def rebaked_trees(
+    state: State, edit: Edit, tracer: Tracer, device: Device, clock: StageClock
+) -> Generator[Progress, None, BakedTrees | None]:
+    """Trees: all of them anew, if anything changed for rays or for one of them; else carried."""
+    before, decorators = state.result, state.result.decorators
+    changed = edit.settings_change.any_of(SOLVE, SAMPLES, TREES)
+    if decorators is not None and decorators.fits is not None and not changed and not _differ(state, edit, Role.TREE):
+        assert decorators.volume is not None
+        for name in ("tree volume", "trees", "fit trees"):
+            clock.skipped(name, _NOT_REACHED)
+        return BakedTrees(decorators.volume, decorators.models, decorators.fits, _findings(before, TREE_FINDINGS))
+    return (yield from bake_trees(edit.scene, edit.world, edit.settings, tracer, lent_stages(device), clock))
+
+
+def rebaked_regions(
+    state: State, edit: Edit, tracer: Tracer, clock: StageClock
+) -> Generator[Progress, None, RegionOutcome | None]:
+    """Regions: found, traced and modelled anew if anything changed for rays; else as much of it as the settings ask."""
+    before = state.result
+    regions, change = before.regions, edit.settings_change
+    space = change.any_of(SPACE) or len(edit.casters) > 0 or not _same_boxes(state, edit)
+    if space or (regions is None) != (_asked_for(edit) == ""):
+        found = yield from find_regions(edit.scene, edit.world, edit.settings, tracer, clock)
+        return (yield from bake_regions(found, edit.settings, tracer, clock))
+    if regions is None:
+        clock.skipped("regions", "none asked for (--regions auto makes some)")
+        return None
+    for name in ("regions", "region probes"):
+        clock.skipped(name, _NOT_REACHED)
+    if change.any_of(REGIONS) or "back_face_threshold" in change.names:
+        points = judged(regions.points, edit.settings.back_face_threshold)
+        outcome = yield from model_regions(regions.graph, points, edit.settings, clock)
+        return RegionOutcome(outcome.regions, (*_findings(before, SPACE_FINDINGS), *outcome.findings))
+    for name in ("fit regions", "regularise regions"):
+        clock.skipped(name, _NOT_REACHED)
+    return RegionOutcome(regions, _findings(before, SPACE_FINDINGS | MODEL_FINDINGS))
+
+
+def rebaked_around(
+    state: State, edit: Edit, solved: VertexField, *, changed: bool, device: Device, clock: StageClock
+) -> Generator[Progress, None, Resampling]:
+    """Small decorators and lower levels of detail: read anew if any value changed; else carried."""
+    before, decorators = state.result, state.result.decorators
+    roles = (Role.SMALL, Role.SHRUB, Role.LOD)
+    asked = edit.settings_change.any_of(SMALL, SOLVE, SAMPLES)
+    if not changed and not asked and not any(_differ(state, edit, role, rays=False) for role in roles):
+        for name in ("decorators", "lods"):
+            clock.skipped(name, _NOT_REACHED)
+        return Resampling(
+            _with_levels(state, edit, solved),
+            None if decorators is None else decorators.shrub_scalars,
+            None if decorators is None else decorators.small_scalars,
+            (*_findings(before, SMALL_FINDINGS), *_filled_levels(state)),
+        )
+    return (
+        yield from resample_surfaces(
+            edit.world,
+            solved,
+            edit.settings,
+            clock,
+            caster=lambda baked: open_tracer(baked, edit.settings, device),
+            sampler=place_samples,
+            mapper=map_to_vertices,
+            samplable=samplable_faces,
+        )
+    )
+
+
+def _differ(state: State, edit: Edit, role: Role, *, rays: bool = True) -> bool:
+    """Whether the objects of a role are others than before, or anything is for rays."""
+
+    def those(world_paths: tuple[str, ...], hashes: tuple[str, ...], roles: tuple[Role, ...]) -> list[tuple[str, str]]:
+        rows = zip(world_paths, hashes, roles, strict=True)
+        return [(path, digest) for path, digest, own in rows if own is role]
+
+    old, new = state.result.world, edit.world
+    numbers = old.object_paths == new.object_paths
+    return (
+        (rays and len(edit.casters) > 0)
+        or not numbers
+        or those(old.object_paths, old.object_hash, old.object_roles)
+        != those(new.object_paths, new.object_hash, new.object_roles)
+    )
+
+
+def _asked_for(edit: Edit) -> str:
+    from bake.regions.graph import regions_asked_for
+
+    return "" if "regions" in edit.settings.skip else regions_asked_for(edit.scene, edit.settings)
+
+
+def _same_boxes(state: State, edit: Edit) -> bool:
+    """Whether the regions of the side file, or those of the file that the settings name, are what they were."""
+    source = _asked_for(edit)
+    if source in ("", "automatic"):
+        return True
+    if source == "scene":
+        return state.scene is not None and state.scene.regions == edit.scene.regions
+    files, before = edit.scene.files, state.result.files
+    return {name: digest for name, digest in files.items() if name not in before or before[name] != digest} == {}
+
+
+def _findings(result: BakeResult, kinds: frozenset[str]) -> tuple[Finding, ...]:
+    return tuple(item for item in result.findings if item.what in kinds)
+
+
+def _levels(state: State) -> set[str]:
+    world = state.result.world
+    return {path for path, role in zip(world.object_paths, world.object_roles, strict=True) if role is Role.LOD}
+
+
+def _filled_levels(state: State) -> tuple[Finding, ...]:
+    levels = _levels(state)
+    return tuple(item for item in state.result.findings if item.what == "filled-vertices" and item.object in levels)
+
+
+def _with_levels(state: State, edit: Edit, solved: VertexField) -> VertexField:
+    """The field with the lower levels of detail as they were."""
+    if Role.LOD not in edit.world.object_roles:
+        return solved
+    ao, state_of = solved.ao.copy(), solved.state.copy()
+    for number, role in enumerate(edit.world.object_roles):
+        if role is Role.LOD:
+            own: Int64Array = np.arange(int(edit.world.first_vertex[number]), int(edit.world.first_vertex[number + 1]))
+            former = edit.change.old_vertex[own]
+            ao[own] = state.result.field.ao[former]
+            state_of[own] = state.result.field.state[former]
+    return VertexField(ao, state_of, solved.report)
+
+
+__all__ = ["rebaked_around", "rebaked_regions", "rebaked_trees"]

@@ -1,0 +1,149 @@
+"""How much an edit may change the AO at a point: a bound from the kernel's falloff and the size of what changed.
+
+A sphere of radius R at distance r fills at most (R/r)² of a cosine-weighted hemisphere, or of the sphere, and a ray
+that it newly stops or no longer stops changes by at most 2^(-t/D), with t at least r - R. What is gone can only open,
+what is new can only close: the larger of the two bounds holds for both together.
+
+That is the bound of the mean over all directions. A bake sends a few rays, of which now and then one more than this
+strikes; a quarter of the share's standard error is added for it, because a vertex averages over sixteen samples and
+more. With the bound at 0 nothing is left to chance: whatever may be struck at all is looked at.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bake.geometry import OFFSET_ULPS
+from bake.rebake.casters import Casters, Parts
+from bake.settings import BakeSettings, Kernel
+from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SampleSet, World
+
+BLOCK = 512
+"""Neighbouring points that are looked at together before each is looked at for itself."""
+
+_CHUNK = 1 << 18
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    """Points that look at the scene, in blocks.
+
+    Attributes:
+        points: Shape (n, 3), float32, metres relative to `World.origin`.
+        normals: Shape (n, 3), float32: of the planes that no ray goes below; None where rays go everywhere.
+        centre, radius: Shape (b, 3) and (b,): spheres around `BLOCK` points each.
+        lift: How far above its point a ray may begin, in metres.
+    """
+
+    points: Float32Array
+    normals: Float32Array | None
+    centre: Float64Array
+    radius: Float64Array
+    lift: float
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @staticmethod
+    def of(points: Float32Array, normals: Float32Array | None = None, *, lift: float = 0.0) -> Places:
+        """Points with their blocks."""
+        begins = np.arange(0, len(points), BLOCK)
+        if not len(begins):
+            return Places(points, normals, np.zeros((0, 3)), np.zeros(0), lift)
+        low = np.minimum.reduceat(points, begins).astype(np.float64)
+        high = np.maximum.reduceat(points, begins).astype(np.float64)
+        return Places(points, normals, 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1), lift)
+
+    @staticmethod
+    def of_samples(world: World, samples: SampleSet) -> Places:
+        """The points of surface samples, and the planes of their faces."""
+        corners = np.asarray(world.positions, np.float32)[world.faces]
+        edges = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        normal: Float32Array = np.cross(*edges).astype(np.float32)
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        normal /= np.where(length > 0.0, length, np.float32(1.0))
+        points = np.empty((len(samples), 3), np.float32)
+        for begin in range(0, len(samples), _CHUNK):
+            part = slice(begin, begin + _CHUNK)
+            face, weights = samples.face[part], samples.barycentric[part]
+            points[part] = corners[face, 2]
+            points[part] += weights[:, :1] * -edges[1][face]
+            points[part] += weights[:, 1:] * (edges[0][face] - edges[1][face])
+        offsets = [keys.offset for keys in world.object_keys if keys.offset is not None]
+        largest = float(np.abs(corners).max(initial=0.0))
+        lift = 4.0 * OFFSET_ULPS * 2.0**-24 * largest + max(offsets, default=0.0)
+        return Places.of(points, normal[samples.face], lift=lift)
+
+
+@dataclass(frozen=True, slots=True)
+class Reached:
+    """What an edit may do to points.
+
+    Attributes:
+        bound: Shape (n,), float32, in AO.
+        touched: Shape (n,), bool: something that changed may be struck from there at all.
+    """
+
+    bound: Float32Array
+    touched: BoolArray
+
+
+def reach(places: Places, casters: Casters, settings: BakeSettings, *, rays: int, near: float) -> Reached:
+    """Bounds at points.
+
+    Args:
+        places: The points.
+        casters: What changed.
+        settings: Kernel and distances.
+        rays: Rays from each point.
+        near: Bounds above it are refined point by point; blocks below keep the bound of their nearest point.
+    """
+    before, near_before = _side(places, casters.before, settings, rays, near)
+    after, near_after = _side(places, casters.after, settings, rays, near)
+    return Reached(np.maximum(before, after), near_before | near_after)
+
+
+def _side(
+    places: Places, parts: Parts, settings: BakeSettings, rays: int, near: float
+) -> tuple[Float32Array, BoolArray]:
+    total = np.zeros(len(places), np.float32)
+    touched = np.zeros(len(places), np.bool_)
+    for centre, radius in zip(parts.centre, parts.radius, strict=True):
+        wide = float(radius) * (1.0 + 1e-5) + places.lift + 1e-6
+        away = np.linalg.norm(places.centre - centre, axis=1) - places.radius
+        whole = _bound(np.maximum(away, 0.0), wide, settings, rays)
+        rest = whole <= near
+        sizes = np.full(len(whole), BLOCK)
+        if len(sizes):
+            sizes[-1] = len(places) - BLOCK * (len(whole) - 1)
+        total += np.repeat(np.where(rest, whole, 0.0).astype(np.float32), sizes)
+        touched |= np.repeat(rest & (whole > 0.0), sizes)
+        rows = _rows_of(np.flatnonzero(~rest), len(places))
+        for begin in range(0, len(rows), _CHUNK):
+            part = rows[begin : begin + _CHUNK]
+            offset = places.points[part] - centre.astype(np.float32)
+            squared = np.einsum("ij,ij->i", offset, offset)
+            bound = _bound(np.sqrt(squared, dtype=np.float64), wide, settings, rays).astype(np.float32)
+            if places.normals is not None:
+                height = np.einsum("ij,ij->i", offset, places.normals[part])
+                bound[height > np.float32(wide)] = 0.0  # all of it lies below the face
+            total[part] += bound
+            touched[part] |= bound > 0.0
+    return total, touched
+
+
+def _rows_of(blocks: Int64Array, count: int) -> Int64Array:
+    rows = (blocks[:, None] * BLOCK + np.arange(BLOCK)).ravel()
+    return rows[rows < count]
+
+
+def _bound(distance: Float64Array, radius: float, settings: BakeSettings, rays: int) -> Float64Array:
+    """The bound for a sphere at some distances from its centre, shape (n,), in AO."""
+    gap = np.maximum(distance - radius, 0.0)
+    share = np.minimum(1.0, np.square(radius / np.maximum(distance, radius)))
+    share = np.minimum(1.0, share + 0.25 * np.sqrt(share / rays))
+    if settings.kernel is Kernel.OBSCURANCE:
+        share *= np.exp2(-gap / max(settings.distances))
+    return np.where(gap <= settings.trace_distance * (1.0 + 1e-5), share, 0.0)

@@ -1,0 +1,78 @@
+"""What a session keeps between edits: one consistent state of a bake."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bake.change_types import WorldChange
+from bake.decorator_types import FogBoxes
+from bake.rebake.casters import Casters
+from bake.rebake.reach import Places
+from bake.rebake.setting_changes import SettingsChange
+from bake.settings import BakeSettings
+from bake.solve.update import FieldKeeper
+from bake.trace import Tracer
+from bake.types import BakeResult, BoolArray, Float32Array, Scene, World
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A bake and what was made of it to follow edits fast.
+
+    Attributes:
+        result: As it would be stored.
+        scene: What it was baked from, if it is known.
+        tracer: Of the result's world; None until one is needed.
+        keeper: Its values; None until they are needed.
+        places: Of its samples; None until they are needed.
+    """
+
+    result: BakeResult
+    scene: Scene | None = None
+    tracer: Tracer | None = None
+    keeper: FieldKeeper | None = None
+    places: Places | None = None
+
+    @property
+    def fog(self) -> FogBoxes | None:
+        """The shrubs that dim rays."""
+        return None if self.result.decorators is None else self.result.decorators.fog
+
+    @property
+    def skipped(self) -> Float32Array:
+        """What was skipped so far, one a sample."""
+        kept = self.result.skipped
+        return np.zeros(len(self.result.samples), np.float32) if kept is None else kept.samples
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """An edit as it was found by comparing.
+
+    Attributes:
+        scene, settings: As wanted now.
+        world: The edited scene, flattened about the old origin.
+        fog: Its shrubs.
+        change: How the world follows from the old one.
+        casters: What rays see differently.
+        settings_change: What differs in the settings.
+        wanted: Shape (n,), bool: vertices whose values may change.
+        wanted_faces: Shape (m,), bool: faces whose samples may change.
+    """
+
+    scene: Scene
+    settings: BakeSettings
+    world: World
+    fog: FogBoxes | None
+    change: WorldChange
+    casters: Casters
+    settings_change: SettingsChange
+    wanted: BoolArray
+    wanted_faces: BoolArray
+
+    @property
+    def selects(self) -> bool:
+        """Whether only a part of the level may change."""
+        return not bool(self.wanted_faces.all())
