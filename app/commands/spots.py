@@ -44,6 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         ObscuraError: no result, or nothing here can trace.
     """
+    from bake.explain.spot_looks import look_at_spots
     from bake.explain.spots import find_spots
     from bake.results import load_result
 
@@ -54,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
     result = load_result(arguments.result)
     spots = find_spots(result, distance=arguments.distance)
     if arguments.look:
-        spots = _looked_at(result, spots)
+        spots = look_at_spots(result, spots)
     chosen = [row for row in range(len(spots)) if _on_object(result, spots, row, arguments.object)]
     measured = _measured(result, spots, chosen[: arguments.measure])
     kinds = {row: causes[0].kind for row, causes in measured.items()}
@@ -75,14 +76,6 @@ def run(arguments: argparse.Namespace) -> int:
             f"{row['cause']}{guessed}  {row['vertex']} at {x:.2f},{y:.2f},{z:.2f}"
         )
     return 0
-
-
-def _looked_at(result: BakeResult, spots: Spots) -> Spots:
-    from bake.explain.explainer import Explainer
-    from bake.explain.spot_looks import refine_spots
-
-    with Explainer(result) as explainer:
-        return refine_spots(spots, explainer)
 
 
 def _on_object(result: BakeResult, spots: Spots, row: int, pattern: str | None) -> bool:

@@ -11,11 +11,12 @@ import dataclasses
 import numpy as np
 
 from bake.explain.cause_names import CauseKind
-from bake.explain.explainer import Explainer
 from bake.explain.looks import look
+from bake.explain.retrace import tracer_like
 from bake.explain.spots import Spots
 from bake.geometry import face_normals
-from bake.types import Float64Array, Int64Array, World
+from bake.trace import Tracer
+from bake.types import BakeResult, Float64Array, Int64Array, World
 
 RAYS = 48  # from each spot
 INWARD, MOST_INWARD = 0.1, 5e-3  # from the vertex into its largest face: a share of the way, metres at most
@@ -25,19 +26,16 @@ OUT_OF_SIGHT = 0.25
 MAPPING = (CauseKind.STARVED, CauseKind.OVERSHOOT, CauseKind.BURIED)
 
 
-def refine_spots(spots: Spots, explainer: Explainer) -> Spots:
+def refine_spots(spots: Spots, tracer: Tracer) -> Spots:
     """The same spots, ranked and guessed anew by what their vertices see.
 
     Args:
-        spots: From `find_spots` of the explainer's bake.
-        explainer: Lends its tracer.
-
-    Raises:
-        DeviceError: nothing here can trace.
+        spots: From `find_spots`.
+        tracer: Of that bake; see `look_at_spots`.
     """
     if not len(spots):
         return spots
-    world = explainer.result.world
+    world = tracer.world
     face = _largest_face(world, spots.vertex)
     corners = world.positions[world.faces[face]]
     position = world.positions[spots.vertex]
@@ -46,8 +44,8 @@ def refine_spots(spots: Spots, explainer: Explainer) -> Spots:
     points = position + inward * np.minimum(INWARD, MOST_INWARD / length)
     normals = face_normals(world.positions, world.faces[face])[0]
     extent = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    front = look(explainer.tracer, points, normals, spots.object.astype(np.int64), extent, RAYS)
-    seen = front.ao[:, explainer.settings.column_distances.index(spots.distance)]
+    front = look(tracer, points, normals, spots.object.astype(np.int64), extent, RAYS)
+    seen = front.ao[:, tracer.settings.column_distances.index(spots.distance)]
     unseen = (front.proof > 0.5) & (front.stopped > 0.02)
     severity = np.where(unseen, OUT_OF_SIGHT, 1.0) * spots.severity
     order = np.argsort(-severity, kind="stable")
@@ -70,6 +68,18 @@ def refine_spots(spots: Spots, explainer: Explainer) -> Spots:
         seen=seen[order].astype(np.float32),
         unseen=unseen[order],
     )
+
+
+def look_at_spots(result: BakeResult, spots: Spots) -> Spots:
+    """`refine_spots` with a tracer of its own.
+
+    Raises:
+        DeviceError: nothing here can trace.
+    """
+    if not len(spots):
+        return spots
+    with tracer_like(result) as tracer:
+        return refine_spots(spots, tracer)
 
 
 def _guess(before: CauseKind, unseen: bool, gap: float) -> CauseKind:

@@ -22,7 +22,7 @@ def explainer() -> Iterator[Explainer]:
 @pytest.fixture(scope="module")
 def refined(explainer: Explainer) -> Spots:
     """Its spots, looked at."""
-    return refine_spots(find_spots(explainer.result), explainer)
+    return refine_spots(find_spots(explainer.result), explainer.tracer)
 
 
 def test_the_same_spots_in_another_order(explainer: Explainer, refined: Spots) -> None:
@@ -57,4 +57,4 @@ def test_what_is_seen_is_a_share(refined: Spots) -> None:
 def test_no_spots_stay_none(explainer: Explainer) -> None:
     """An empty list is given back as it is."""
     nothing = find_spots(explainer.result, least=2.0)
-    assert refine_spots(nothing, explainer) is nothing
+    assert refine_spots(nothing, explainer.tracer) is nothing
