@@ -127,9 +127,9 @@ class ViewPresenter:
             if number == 1 and display.quantity is Quantity.DIFFERENCE:
                 display = display.replaced(quantity=Quantity.DISTANCE)
             shown = None
-            if display.quantity is Quantity.INSPECTION:
-                shown = document.inspection if number == 0 else None
-            elif document.result is not None and field is not None:
+            if number == 0:
+                shown = document.shown()  # made once, for the legend and the histogram too
+            elif display.quantity is not Quantity.INSPECTION and document.result is not None and field is not None:
                 shown = shown_field(display, document.result, document.drawn(field), document.other)
             viewport.set_field(shown, display, self._note(display.quantity))
             if self.caption_of is not None:
