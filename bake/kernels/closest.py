@@ -27,19 +27,58 @@ class Hit:
 
 
 # Embree's C interface through the address of rtcIntersect1: the JIT-compiled kernel calls the library directly, so
-# that no ray ever exists in an array. The struct is RTCRayHit of Embree 4.
+# that no ray ever exists in an array. The structs are RTCRayHit, RTCRayQueryContext (with room to spare, and our mask
+# behind it), RTCFilterFunctionNArguments and RTCIntersectArguments of Embree 4; word 5 of a hit is its primitive.
+#
+# `scene` leads to four numbers: an RTCScene, how many primitives it has, a second one or 0, and a mask or 0. The second
+# scene holds what was added since the first was built, and its primitives are counted on from those of the first. A
+# primitive whose byte in the mask is not 0 is passed over while the structures are walked: what lies behind it, or in
+# the same plane, is found as if it had never been there.
 _EMBREE = """
     struct alignas(16) RayHit {
         float org[3]; float tnear; float dir[3]; float time; float tfar; unsigned mask; unsigned id; unsigned flags;
         float ng[3]; float u; float v; unsigned prim; unsigned geom; unsigned inst; unsigned inst_prim;
     } r;
+    struct Context { unsigned instances[8]; const unsigned char* gone; } context;
+    struct Candidate {
+        int* valid; void* user; const Context* context; void* ray; const unsigned* hit; unsigned count;
+    };
+    struct Arguments {
+        unsigned flags; unsigned features; void* context; void (*filter)(const Candidate*);
+        void* intersect; float width;
+    } arguments;
+    typedef void (*Intersect)(void*, void*, void*);
+    const unsigned long long* held = (const unsigned long long*)scene;
+    const unsigned char* gone = (const unsigned char*)held[3];
+    void* asked = nullptr;
+    if (gone) {
+        for (int i = 0; i < 8; ++i) context.instances[i] = 0xffffffffu;
+        arguments.flags = 2u;
+        arguments.features = 0xffffffffu;
+        arguments.context = &context;
+        arguments.filter = [](const Candidate* candidate) {
+            if (candidate->context->gone[candidate->hit[5]]) candidate->valid[0] = 0;
+        };
+        arguments.intersect = nullptr;
+        arguments.width = 0.0f;
+        asked = &arguments;
+    }
     r.org[0] = o[0]; r.org[1] = o[1]; r.org[2] = o[2]; r.tnear = t_min;
     r.dir[0] = d[0]; r.dir[1] = d[1]; r.dir[2] = d[2]; r.time = 0.0f; r.tfar = t_max;
     r.mask = 0xffffffffu; r.id = 0; r.flags = 0;
     r.geom = 0xffffffffu; r.inst = 0xffffffffu; r.inst_prim = 0xffffffffu;
-    ((void (*)(void*, void*, void*))entry)((void*)scene, &r, (void*)0);
+    bool struck = false;
+    if (held[2]) {
+        context.gone = gone + held[1];
+        ((Intersect)entry)((void*)held[2], &r, asked);
+        struck = r.geom != 0xffffffffu;
+        r.prim += (unsigned)held[1];
+        r.geom = 0xffffffffu;
+    }
+    context.gone = gone;
+    ((Intersect)entry)((void*)held[0], &r, asked);  // writes what is nearer
     wp::vec_t<5, wp::float64> result;
-    if (r.geom == 0xffffffffu) { result[1] = -1.0; return result; }
+    if (!struck && r.geom == 0xffffffffu) { result[1] = -1.0; return result; }
     float length = wp::sqrt(r.ng[0] * r.ng[0] + r.ng[1] * r.ng[1] + r.ng[2] * r.ng[2]);
     float along = r.ng[0] * d[0] + r.ng[1] * d[1] + r.ng[2] * d[2];
     result[0] = r.tfar;
@@ -169,7 +208,7 @@ def nudged(direction: wp.vec3) -> wp.vec3:
 def embree_closest(
     entry: wp.uint64, scene: wp.uint64, origin: wp.vec3, direction: wp.vec3, t_min: wp.float32, t_max: wp.float32
 ) -> Hit:
-    """Closest hit by Embree; `entry` is the address of rtcIntersect1, `scene` the RTCScene."""
+    """Closest hit by Embree; `entry` is the address of rtcIntersect1, `scene` that of four 64-bit numbers."""
     return unpack(_embree(entry, scene, origin, direction, t_min, t_max))
 
 

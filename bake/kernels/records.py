@@ -12,7 +12,6 @@ import warp as wp
 
 from bake.kernels.bodies import CLOSEST
 from bake.kernels.closest import nudged
-from bake.kernels.coincident import settler
 from bake.kernels.follow import MAX_LAYERS, NEXT_AFTER, TINY_STEP, follower
 from bake.kernels.rays import (
     GOLDEN,
@@ -171,7 +170,6 @@ def meets_kernel(tracer: str) -> Any:
     """
     closest_hit, leaks_at_vertices = CLOSEST[tracer]
     second_look = wp.constant(leaks_at_vertices)
-    settled = settler(closest_hit)
 
     @wp.func
     def met(
@@ -192,13 +190,9 @@ def meets_kernel(tracer: str) -> Any:
                 hit = closest_hit(entry, scene, origin, nudged(direction), t_min, t_max)
             if hit.primitive < 0:
                 return False
-            passes = openness_at(surface, hit.primitive, hit.weights)
-            if passes > 0.0:
-                hit = settled(entry, scene, origin, direction, t_min, hit)
-                passes = openness_at(surface, hit.primitive, hit.weights)
             if surface.face_object[surface.cast_face[hit.primitive]] == wanted:
                 return True
-            through = through * passes
+            through = through * openness_at(surface, hit.primitive, hit.weights)
             if through <= threshold:
                 return False
             t_min = hit.distance * NEXT_AFTER + TINY_STEP
@@ -292,10 +286,19 @@ def crossings_kernel(fog: bool, trees: bool) -> Any:
         if trees:
             if write >= wp.int64(0) and fog:
                 write = write + wp.int64(boxes[i])
-            leaves[i] = list_leaves(
-                veil.trees, veil.tree_depth, veil.tree_transmission, veil.tree_texture,
-                surface.uvs, surface.texture_first, surface.texture_width, surface.texture_height, surface.texels,
+            count = list_leaves(
+                veil.trees, 0, veil.tree_depth, veil.tree_transmission, veil.tree_texture,
+                veil.tree_uvs, surface.texture_first, surface.texture_width, surface.texture_height, surface.texels,
                 origin, directions[i], distance[i], place, depth, write,
             )  # fmt: skip
+            if veil.added != wp.uint64(0):
+                if write >= wp.int64(0):
+                    write = write + wp.int64(count)
+                count += list_leaves(
+                    veil.added, veil.first_added, veil.tree_depth, veil.tree_transmission, veil.tree_texture,
+                    surface.uvs, surface.texture_first, surface.texture_width, surface.texture_height, surface.texels,
+                    origin, directions[i], distance[i], place, depth, write,
+                )  # fmt: skip
+            leaves[i] = count
 
     return crossings

@@ -22,14 +22,18 @@ class Veil:
     """Fog boxes and tree triangles; a kernel made for a scene without one of them never looks at its fields.
 
     `bounds` and `node` are those of `bake/trace/wide_bvh.py`, `density` is that of the box at each place. `trees` is
-    the id of a `wp.Mesh`, and the arrays below it are per triangle: `tree_depth` is the optical depth of a crossing,
-    `tree_transmission` what a closed leaf lets through.
+    the id of a `wp.Mesh`, `tree_uvs` belong to its points, and the arrays below are per triangle: `tree_depth` is the
+    optical depth of a crossing, 0 where the leaf is gone, `tree_transmission` what a closed leaf lets through. Leaves
+    that were added since the mesh was built are in a second one, `added`; they are counted from `first_added` on.
     """
 
     bounds: wp.array(dtype=wp.float32)
     node: wp.array(dtype=wp.int32)
     density: wp.array(dtype=wp.float32)
     trees: wp.uint64
+    tree_uvs: wp.array(dtype=wp.vec2)
+    added: wp.uint64
+    first_added: wp.int32
     tree_depth: wp.array(dtype=wp.float32)
     # Openness maps of leaves; `tree_texture` is empty without look-up at the hit:
     tree_transmission: wp.array(dtype=wp.float32)
@@ -156,15 +160,15 @@ _TREES = """
             float t, u, v, sign;
             if (!intersect_ray_tri_woop(o, d, mesh.points[i], mesh.points[j], mesh.points[l], t, u, v, sign, (vec3*)0)
                 || t < 0.0f || t > t_max) continue;
-            float crossing = tree_depth.data[face];
-            if (tree_texture.shape[0] > 0 && tree_texture.data[face] >= 0) {
-                const int texture = tree_texture.data[face];
+            float crossing = tree_depth.data[first + face];
+            if (tree_texture.shape[0] > 0 && tree_texture.data[first + face] >= 0) {
+                const int texture = tree_texture.data[first + face];
                 const vec2 at = u * uvs.data[i] + v * uvs.data[j] + (1.0f - u - v) * uvs.data[l];
                 const int width = texture_width.data[texture], height = texture_height.data[texture];
                 const int x = wp::min((int)((at[0] - wp::floor(at[0])) * width), width - 1);
                 const int y = wp::min((int)((at[1] - wp::floor(at[1])) * height), height - 1);
                 const float open = texels.data[texture_first.data[texture] + (int64)y * width + x];
-                const float passes = open + (1.0f - open) * tree_transmission.data[face];
+                const float passes = open + (1.0f - open) * tree_transmission.data[first + face];
                 crossing = passes > 0.0f ? -wp::log(passes) : limit;
             }
             depth += crossing;
@@ -178,6 +182,7 @@ _TREES = """
 @wp.func_native(_TREES)
 def crossed_depth(
     trees: wp.uint64,
+    first: wp.int32,
     tree_depth: wp.array(dtype=wp.float32),
     tree_transmission: wp.array(dtype=wp.float32),
     tree_texture: wp.array(dtype=wp.int32),
@@ -199,12 +204,31 @@ def dimmer(fog: bool, trees: bool) -> Any:
     @wp.func
     def dimmed(veil: Veil, surface: Any, origin: wp.vec3, direction: wp.vec3, distance: wp.float32) -> wp.float32:
         depth = wp.float32(0.0)
-        if fog:
-            depth += _fog_depth(veil.bounds, veil.node, veil.density, origin, direction, distance, MAX_DEPTH)
-        if trees:  # noqa: SIM102  # decided when compiling, the inner one when running
-            if depth < MAX_DEPTH:
+        if fog:  # noqa: SIM102  # decided when compiling, the inner one when running
+            if veil.node.shape[0] > 0:
+                depth += _fog_depth(veil.bounds, veil.node, veil.density, origin, direction, distance, MAX_DEPTH)
+        if trees:
+            if depth < MAX_DEPTH and veil.trees != wp.uint64(0):
                 depth += crossed_depth(
                     veil.trees,
+                    0,
+                    veil.tree_depth,
+                    veil.tree_transmission,
+                    veil.tree_texture,
+                    veil.tree_uvs,
+                    surface.texture_first,
+                    surface.texture_width,
+                    surface.texture_height,
+                    surface.texels,
+                    origin,
+                    direction,
+                    distance,
+                    MAX_DEPTH,
+                )
+            if depth < MAX_DEPTH and veil.added != wp.uint64(0):
+                depth += crossed_depth(
+                    veil.added,
+                    veil.first_added,
                     veil.tree_depth,
                     veil.tree_transmission,
                     veil.tree_texture,

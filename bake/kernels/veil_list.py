@@ -101,18 +101,18 @@ _LEAVES = """
             if (!intersect_ray_tri_woop(o, d, mesh.points[i], mesh.points[j], mesh.points[l], t, u, v, sign, (vec3*)0)
                 || t < 0.0f || t > t_max) continue;
             if (write >= 0) {
-                float crossing = tree_depth.data[face];
-                if (tree_texture.shape[0] > 0 && tree_texture.data[face] >= 0) {
-                    const int texture = tree_texture.data[face];
+                float crossing = tree_depth.data[first + face];
+                if (tree_texture.shape[0] > 0 && tree_texture.data[first + face] >= 0) {
+                    const int texture = tree_texture.data[first + face];
                     const vec2 at = u * uvs.data[i] + v * uvs.data[j] + (1.0f - u - v) * uvs.data[l];
                     const int width = texture_width.data[texture], height = texture_height.data[texture];
                     const int x = wp::min((int)((at[0] - wp::floor(at[0])) * width), width - 1);
                     const int y = wp::min((int)((at[1] - wp::floor(at[1])) * height), height - 1);
                     const float open = texels.data[texture_first.data[texture] + (int64)y * width + x];
-                    const float passes = open + (1.0f - open) * tree_transmission.data[face];
+                    const float passes = open + (1.0f - open) * tree_transmission.data[first + face];
                     crossing = passes > 0.0f ? wp::min(-wp::log(passes), LIMIT) : LIMIT;
                 }
-                place.data[write + count] = -1 - face;
+                place.data[write + count] = -1 - first - face;
                 depth.data[write + count] = crossing;
             }
             ++count;
@@ -125,6 +125,7 @@ _LEAVES = """
 @wp.func_native(_LEAVES)
 def list_leaves(
     trees: wp.uint64,
+    first: wp.int32,
     tree_depth: wp.array(dtype=wp.float32),
     tree_transmission: wp.array(dtype=wp.float32),
     tree_texture: wp.array(dtype=wp.int32),

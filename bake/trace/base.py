@@ -9,6 +9,7 @@ from typing import Self
 
 import numpy as np
 
+from bake.change_types import WorldChange
 from bake.decorator_types import FogBoxes
 from bake.errors import SettingsError
 from bake.settings import BakeSettings
@@ -75,12 +76,14 @@ class Tracer(ABC):
         device: "cpu" or the CUDA device's name.
         batch_size: Samples a call of `accumulate` handles well: large enough to keep the device busy, small enough
             that Cancel answers at once.
+        fog: The boxes that it was made with, in their own order; None if there are none.
         fog_boxes, tree_triangles: How many of them dim rays; of what there is none, nothing was built.
     """
 
     name: str
     device: str
     batch_size: int
+    fog: FogBoxes | None = None
     fog_boxes: int = 0
     tree_triangles: int = 0
 
@@ -155,6 +158,24 @@ class Tracer(ABC):
             samples: Shape (n,).
             wanted: The object whose faces do not cast, nor dim if it is a tree.
             fog: The boxes as they are without it; None if there are none.
+        """
+
+    @abstractmethod
+    def updated(self, world: World, change: WorldChange, fog: FogBoxes | None) -> Tracer:
+        """A tracer of an edited world, which finds what one made anew would find, but for ties of coincident faces.
+
+        What it can keep of this one it shares: Embree's BVH with the faces that are gone passed over and those that
+        were added in a second one, until a fifth of them has changed. Both tracers may be used, and have to be closed,
+        in any order.
+
+        Args:
+            world: The edited world; its origin is that of this tracer's.
+            change: How it follows from this tracer's.
+            fog: Its boxes; None if there are none.
+
+        Raises:
+            DeviceError: the tracer's library failed.
+            OutOfMemoryError: the edited scene does not fit.
         """
 
     def points_at_once(self, directions: int) -> int:

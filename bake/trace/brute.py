@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bake import geometry, spherical_harmonics
+from bake.change_types import WorldChange
 from bake.decorator_types import FogBoxes
 from bake.low_discrepancy import owen_sobol, thresholds
 from bake.settings import BakeSettings, Kernel
@@ -56,7 +57,7 @@ class TracerBrute(Tracer):
 
     def __init__(self, world: World, settings: BakeSettings, fog: FogBoxes | None = None) -> None:
         super().__init__(world, settings)
-        self._veil = PlainVeil(world, settings, fog)
+        self.fog, self._veil = fog, PlainVeil(world, settings, fog)
         self.fog_boxes, self.tree_triangles = self._veil.fog_boxes, self._veil.tree_triangles
         self._positions = geometry.as_traced(world.positions).astype(np.float64)
         self._cast_face = np.flatnonzero(world.face_casts)
@@ -155,6 +156,10 @@ class TracerBrute(Tracer):
         tally = Tally.empty(len(samples), self.settings.distance_count)
         other.accumulate(samples, slice(0, len(samples)), tally)
         return tally
+
+    def updated(self, world: World, change: WorldChange, fog: FogBoxes | None) -> TracerBrute:
+        """A tracer of the edited world, made anew; see `Tracer.updated`."""
+        return TracerBrute(world, self.settings, fog)
 
     def close(self) -> None:
         """Holds nothing that needs freeing."""

@@ -2,38 +2,88 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from functools import partial
+from typing import Any
 
 import numpy as np
 
+from bake.change_types import WorldChange
 from bake.decorator_types import FogBoxes
 from bake.devices import worker_count
 from bake.settings import BakeSettings
 from bake.trace.embree_library import EmbreeScene
 from bake.trace.fused import TracerFused
-from bake.types import World
+from bake.trace.primitives import Primitives, compact
+from bake.trace.veil import DeviceVeil
+from bake.types import BoolArray, World
 
 
 class TracerEmbree(TracerFused):
-    """The fused kernel over an Embree scene."""
+    """The fused kernel over two Embree scenes: the one that was built first, and a small one of what was added since.
+
+    What is gone stays in the first and is passed over (`bake/kernels/closest.py`).
+    """
 
     name = "embree"
     device = "cpu"
 
-    def __init__(self, world: World, settings: BakeSettings, fog: FogBoxes | None = None) -> None:
-        super().__init__(world, settings, "cpu", worker_count(), fog)
+    def __init__(
+        self,
+        world: World,
+        settings: BakeSettings,
+        fog: FogBoxes | None = None,
+        *,
+        kept: tuple[EmbreeScene, Primitives, Callable[[Any], DeviceVeil]] | None = None,
+    ) -> None:
+        """Builds the BVH, or takes over that of an earlier world.
+
+        Args:
+            world, settings, fog: As for `create_tracer`.
+            kept: A scene that the tracer will own, this world's primitives in it, and what makes the veil from the
+                positions on the device.
+        """
+        primitives = Primitives.of(world.face_casts) if kept is None else kept[1]
+        super().__init__(world, settings, "cpu", worker_count(), fog, primitives, None if kept is None else kept[2])
         # About 50 ms of work for two threads at 4 million rays a second each.
         self.batch_size = max(64, (1 << 19) // settings.rays)
-        self._embree = EmbreeScene(self.points, world.faces[self.cast_face].astype(np.uint32))
-        self.entry, self.scene = self._embree.intersect_address, self._embree.address
+        self._first = EmbreeScene(*self._geometry(primitives.kept)) if kept is None else kept[0]
+        self._second = EmbreeScene(*self._geometry(primitives.added)) if len(primitives.added) else None
+        self.entry = self._first.intersect_address
+        gone = primitives.gone if kept is not None else np.zeros(0, np.bool_)
+        self._gone = gone.view(np.uint8) if gone.any() else None
+        self._held = self._handles(self._gone)
+        self.scene = self._held.ctypes.data
+
+    def updated(self, world: World, change: WorldChange, fog: FogBoxes | None) -> TracerEmbree:
+        """A tracer of the edited world; see `Tracer.updated`."""
+        assert self._veil is not None
+        primitives = self.primitives.followed(world.face_casts, change)
+        if primitives.worn:
+            return TracerEmbree(world, self.settings, fog)
+        veil = partial(self._veil.updated, world, self.settings, change, fog)
+        return TracerEmbree(world, self.settings, fog, kept=(self._first.shared(), primitives, veil))
+
+    def _geometry(self, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if len(faces) * 3 >= len(self.points):
+            return self.points, self.world.faces[faces].astype(np.uint32)
+        return compact(self.world, self.points, faces)
+
+    def _handles(self, gone: np.ndarray | None) -> np.ndarray:
+        second = 0 if self._second is None else self._second.address
+        mask = 0 if gone is None else gone.ctypes.data
+        return np.array([self._first.address, self._first.triangles, second, mask], np.uint64)
 
     @contextmanager
-    def _passing_over(self, first: int, last: int) -> Generator[tuple[int, int]]:
-        held = np.array([self.scene, first, last], np.uint64)
+    def _passing_over(self, primitives: BoolArray) -> Generator[tuple[int, int]]:
+        mask = primitives.view(np.uint8) if self._gone is None else primitives.view(np.uint8) | self._gone
+        held = self._handles(mask)
         yield self.entry, held.ctypes.data
 
     def close(self) -> None:
-        """Frees the Embree scene."""
-        self._embree.close()
+        """Frees the Embree scenes, or its share in them."""
+        self._first.close()
+        if self._second is not None:
+            self._second.close()
         super().close()

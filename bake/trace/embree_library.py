@@ -6,6 +6,7 @@ library from inside the kernel instead saves writing and reading 60 bytes a ray.
 
 from __future__ import annotations
 
+import copy
 import ctypes
 import importlib
 import importlib.util
@@ -44,10 +45,12 @@ def _library() -> Any:
     signatures: dict[str, tuple[Any, list[Any]]] = {
         "rtcNewDevice": (pointer, [ctypes.c_char_p]),
         "rtcGetDeviceError": (ctypes.c_int, [pointer]),
+        "rtcRetainDevice": (None, [pointer]),
         "rtcReleaseDevice": (None, [pointer]),
         "rtcNewScene": (pointer, [pointer]),
         "rtcSetSceneFlags": (None, [pointer, ctypes.c_int]),
         "rtcCommitScene": (None, [pointer]),
+        "rtcRetainScene": (None, [pointer]),
         "rtcReleaseScene": (None, [pointer]),
         "rtcNewGeometry": (pointer, [pointer, ctypes.c_int]),
         "rtcSetSharedGeometryBuffer": (
@@ -67,7 +70,8 @@ class EmbreeScene:
     """A committed scene of triangles.
 
     Attributes:
-        address: The RTCScene.
+        address: The RTCScene; 0 once closed.
+        triangles: How many it has.
         intersect_address: The function rtcIntersect1.
     """
 
@@ -86,6 +90,7 @@ class EmbreeScene:
         # Embree reads vertices 16 bytes at a time, so the last one needs something behind it.
         self._points = np.concatenate([points.ravel(), np.zeros(4, np.float32)])
         self._faces = np.ascontiguousarray(faces)
+        self.triangles = len(faces)
         self._device = library.rtcNewDevice(None)
         self.address = library.rtcNewScene(self._device)
         # Robust: watertight at edges and vertices, for a few per cent of speed.
@@ -106,8 +111,14 @@ class EmbreeScene:
             raise DeviceError(f"Embree: {_ERRORS.get(code, code)}", where="trace", remedy="use --tracer warp")
         self.intersect_address = int(ctypes.cast(library.rtcIntersect1, ctypes.c_void_p).value or 0)
 
+    def shared(self) -> EmbreeScene:
+        """The same scene for another owner; it is freed when all of them have closed it."""
+        self._library.rtcRetainScene(self.address)
+        self._library.rtcRetainDevice(self._device)
+        return copy.copy(self)
+
     def close(self) -> None:
-        """Frees the BVH; safe to call twice."""
+        """Gives the BVH up; safe to call twice."""
         if self.address:
             self._library.rtcReleaseScene(self.address)
             self._library.rtcReleaseDevice(self._device)

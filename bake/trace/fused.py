@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
 from itertools import pairwise
@@ -18,6 +19,7 @@ from bake.errors import DeviceError, OutOfMemoryError
 from bake.geometry import as_traced
 from bake.settings import BakeSettings, Kernel
 from bake.trace.base import Hits, SphereTally, Tracer, check_directions
+from bake.trace.primitives import Primitives
 from bake.trace.recorder import Recorder
 from bake.trace.records import RayRecords
 from bake.trace.veil import DeviceVeil
@@ -29,6 +31,7 @@ class TracerFused(Tracer):
 
     Attributes:
         entry, scene: The two addresses.
+        primitives: The faces that a hit may name, in the order of the body's primitives.
         threads: Launches at a time: Warp runs CPU kernels on the calling thread, so the CPU bodies use several.
     """
 
@@ -36,7 +39,14 @@ class TracerFused(Tracer):
     scene: int = 0
 
     def __init__(
-        self, world: World, settings: BakeSettings, warp_device: str, threads: int, fog: FogBoxes | None
+        self,
+        world: World,
+        settings: BakeSettings,
+        warp_device: str,
+        threads: int,
+        fog: FogBoxes | None,
+        primitives: Primitives,
+        veil: Callable[[Any], DeviceVeil] | None = None,
     ) -> None:
         super().__init__(world, settings)
         self._warp = initialised_warp()
@@ -47,11 +57,15 @@ class TracerFused(Tracer):
         self._warp_device = warp_device
         self._pool = ThreadPoolExecutor(threads, "tracer") if threads > 1 else None
         self._threads = threads
-        self.cast_face = np.flatnonzero(world.face_casts).astype(np.int32)
+        self.fog, self.primitives, self.cast_face = fog, primitives, primitives.faces
         self.points = as_traced(world.positions)
         try:
             self._surface: Any = self._upload_surface()
-            self._veil: DeviceVeil | None = DeviceVeil(self._warp, warp_device, world, settings, fog, self.positions)
+            self._veil: DeviceVeil | None = (
+                veil(self.positions)
+                if veil is not None
+                else DeviceVeil(self._warp, warp_device, world, settings, fog, self.positions)
+            )
         except RuntimeError as error:
             raise _device_failure(error, warp_device) from error
         self.fog_boxes, self.tree_triangles = self._veil.fog_boxes, self._veil.tree_triangles
@@ -132,9 +146,9 @@ class TracerFused(Tracer):
         """Traces as if one object did not cast; see `Tracer.trace_without`."""
         assert self._veil is not None
         work, veil = self._upload_work(samples), self._veil.without(self.world, wanted, fog)
-        first, last = np.searchsorted(self.world.face_object[self.cast_face], (wanted, wanted + 1))
+        own = self.world.face_object[self.cast_face] == wanted
         kernel = self._kernels.obscurance_kernel(f"{self.name}-without", veil.fog_boxes > 0, veil.tree_triangles > 0)
-        with self._passing_over(int(first), int(last)) as handles:
+        with self._passing_over(own) as handles:
             inputs = [*handles, self._surface, veil.argument, work, self._falloff]
             self._launch(kernel, slice(0, len(samples)), inputs)
         rays = np.full(len(samples), self.settings.rays, np.uint16)
@@ -147,8 +161,12 @@ class TracerFused(Tracer):
         self._surface = self._veil = self._work = self._work_of = None
 
     @abstractmethod
-    def _passing_over(self, first: int, last: int) -> AbstractContextManager[tuple[int, int]]:
-        """The two addresses for a closest-hit function that passes over primitives `first` to `last` - 1."""
+    def _passing_over(self, primitives: BoolArray) -> AbstractContextManager[tuple[int, int]]:
+        """The two addresses for a closest-hit function that passes over some primitives, besides those that are gone.
+
+        Args:
+            primitives: Shape (p,): those.
+        """
 
     def _recorder(self) -> Recorder:
         assert self._veil is not None

@@ -117,12 +117,15 @@ class Recorder:
             return _no_crossings()
         place, depth = self.empty(total, wp.int32), self.empty(total, wp.float32)
         walk(self.array(np.cumsum(each) - each, wp.int64), place, depth)
-        at = place.numpy()
-        objects = np.empty(total, np.int32)
+        at, ray = place.numpy(), np.repeat(np.arange(count, dtype=np.int64), each)
+        there = np.ones(total, np.bool_)
+        there[at < 0] = self.veil.tree_face[-1 - at[at < 0]] >= 0  # leaves that are gone dim nothing
+        at, ray, depths = at[there], ray[there], depth.numpy()[there]
+        objects = np.empty(len(at), np.int32)
         fog = at >= 0
         objects[fog] = self.veil.fog_object[at[fog]]
         objects[~fog] = self.world.face_object[self.veil.tree_face[-1 - at[~fog]]]
-        return np.repeat(np.arange(count, dtype=np.int64), each), objects, depth.numpy()
+        return ray, objects, depths
 
 
 def _no_crossings() -> tuple[NDArray[Any], Int32Array, Float32Array]:

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from bake.change_types import WorldChange
 from bake.decorator_types import FogBoxes
 from bake.errors import SceneError
 from bake.geometry import MAX_OPTICAL_DEPTH
 from bake.settings import BakeSettings
+from bake.trace.primitives import Primitives
 from bake.trace.wide_bvh import build_wide_bvh
 from bake.types import Float32Array, Int32Array, Role, World
 
@@ -61,7 +63,7 @@ class DeviceVeil:
         fog_boxes, tree_triangles: How many of them; of what there is none, nothing is built.
         argument: The kernels' `Veil`.
         fog_object: Object of each box, in the order of the kernels' densities.
-        tree_face: Shape (t,), int32: face of each tree triangle.
+        tree_face: Shape (t,), int32: face of each tree triangle; -1 where it is gone.
     """
 
     def __init__(
@@ -86,15 +88,48 @@ class DeviceVeil:
         self._wp, self._device = wp, device
         self.argument: Any = veil.Veil()
         leaves = tree_faces(world, settings)
-        self.fog_boxes = 0 if fog is None else int(np.count_nonzero(fog.density > 0.0))
-        self.tree_triangles = len(leaves)
-        self.fog_object, self.tree_face = np.zeros(0, np.int32), leaves.face
-        if fog is not None and self.fog_boxes:
-            self._add_fog(fog)
-        if self.tree_triangles:
-            # On the CPU the slower build is worth its time: every ray walks the result.
-            constructor = "sah" if device == "cpu" else None
-            self._add_trees(world, leaves, positions, constructor)
+        self._leaves = Primitives(leaves.face, np.zeros(0, np.int32))
+        self.fog_object = np.zeros(0, np.int32)
+        self._set_fog(fog)
+        self._mesh = self._added_mesh = None
+        if len(leaves):
+            self._mesh = self._leaf_mesh(world, leaves.face, positions)
+            self.argument.trees = int(np.uint64(self._mesh.id))
+            self.argument.tree_uvs = self._uvs(world)
+        self._set_leaves(world, leaves)
+
+    def updated(
+        self, world: World, settings: BakeSettings, change: WorldChange, fog: FogBoxes | None, positions: Any
+    ) -> DeviceVeil:
+        """The same in an edited world: the mesh of leaves is shared, and what was added goes into a second one.
+
+        Args:
+            world: The edited world.
+            settings: Those that this was made with.
+            change: How the world follows from this one's.
+            fog: Its boxes, or None.
+            positions: `World.positions` on the device.
+
+        Raises:
+            RuntimeError: the device failed.
+            SceneError: a box is not finite.
+        """
+        leaves = tree_faces(world, settings)
+        dims = np.zeros(world.face_count, np.bool_)
+        dims[leaves.face] = True
+        followed = self._leaves.followed(dims, change)
+        if followed.worn:
+            return DeviceVeil(self._wp, self._device, world, settings, fog, positions)
+        other = self._copy()
+        other._leaves = followed
+        other._set_fog(fog)
+        other._added_mesh = None
+        if len(followed.added):
+            other._added_mesh = self._leaf_mesh(world, followed.added, positions)
+            other.argument.added = int(np.uint64(other._added_mesh.id))
+            other.argument.first_added = len(followed.kept)
+        other._set_leaves(world, leaves)
+        return other
 
     def without(self, world: World, wanted: int, fog: FogBoxes | None) -> DeviceVeil:
         """The same without one object; trees keep their structure.
@@ -104,26 +139,40 @@ class DeviceVeil:
             wanted: The object; as a tree it dims nothing, as a shrub it is not in `fog`.
             fog: Boxes as they are without it.
         """
+        other, mine = self._copy(), self.argument
+        other.argument.added, other.argument.first_added = mine.added, mine.first_added
+        other.argument.tree_transmission = mine.tree_transmission
+        own = (self.tree_face >= 0) & (world.face_object[self.tree_face] == wanted)
+        depth, texture = mine.tree_depth, mine.tree_texture
+        if own.any():
+            depth = self._array(np.where(own, np.float32(0.0), depth.numpy()), self._wp.float32)
+            if world.face_texture is not None:
+                texture = self._array(np.where(own, np.int32(-1), texture.numpy()), self._wp.int32)
+        other.argument.tree_depth, other.argument.tree_texture = depth, texture
+        other._set_fog(fog)
+        return other
+
+    def _copy(self) -> DeviceVeil:
+        """The same fog and the same first mesh of leaves, to be changed."""
         from bake.kernels import veil
 
         other, mine = copy.copy(self), self.argument
         argument: Any = veil.Veil()
-        argument.trees, argument.tree_depth = mine.trees, mine.tree_depth
-        argument.tree_transmission, argument.tree_texture = mine.tree_transmission, mine.tree_texture
+        argument.trees, argument.tree_uvs = mine.trees, mine.tree_uvs
+        argument.bounds, argument.node, argument.density = mine.bounds, mine.node, mine.density
         other.argument = argument
-        own = world.face_object[self.tree_face] == wanted
-        if own.any():
-            argument.tree_depth = self._array(np.where(own, np.float32(0.0), mine.tree_depth.numpy()), self._wp.float32)
-            if world.face_texture is not None:
-                texture = np.where(own, np.int32(-1), world.face_texture[self.tree_face])
-                argument.tree_texture = self._array(texture, self._wp.int32)
-        other.fog_boxes = 0 if fog is None else int(np.count_nonzero(fog.density > 0.0))
-        if fog is not None and other.fog_boxes:
-            other._add_fog(fog)
         return other
 
-    def _add_fog(self, fog: FogBoxes) -> None:
-        dims = fog.density > 0.0
+    def _set_fog(self, fog: FogBoxes | None) -> None:
+        from bake.kernels import veil
+
+        dims = np.zeros(0, np.bool_) if fog is None else fog.density > 0.0
+        self.fog_boxes = int(np.count_nonzero(dims))
+        if fog is None or self.fog_boxes == 0:
+            nothing: Any = veil.Veil()
+            argument = self.argument
+            argument.bounds, argument.node, argument.density = nothing.bounds, nothing.node, nothing.density
+            return
         if not np.isfinite(fog.minimum[dims]).all() or not np.isfinite(fog.maximum[dims]).all():
             raise SceneError("a shrub's box is not finite", where="fog", remedy="check the shrubs' transforms")
         tree = build_wide_bvh(fog.minimum[dims], fog.maximum[dims])
@@ -134,15 +183,30 @@ class DeviceVeil:
         self.argument.node = self._array(tree.node.ravel(), self._wp.int32)
         self.argument.density = self._array(density, self._wp.float32)
 
-    def _add_trees(self, world: World, leaves: TreeFaces, positions: Any, constructor: str | None) -> None:
+    def _leaf_mesh(self, world: World, faces: Int32Array, positions: Any) -> Any:
+        # On the CPU the slower build is worth its time: every ray walks the result.
+        constructor = "sah" if self._device == "cpu" else None
+        indices = self._array(world.faces[faces].ravel(), self._wp.int32)
+        return self._wp.Mesh(points=positions, indices=indices, bvh_constructor=constructor)
+
+    def _set_leaves(self, world: World, leaves: TreeFaces) -> None:
+        """Says what each triangle does: nothing if it is gone."""
         wp, argument = self._wp, self.argument
-        indices = self._array(world.faces[leaves.face].ravel(), wp.int32)
-        self._mesh = wp.Mesh(points=positions, indices=indices, bvh_constructor=constructor)
-        argument.trees = int(np.uint64(self._mesh.id))
-        argument.tree_depth = self._array(leaves.depth, wp.float32)
-        argument.tree_transmission = self._array(leaves.transmission, wp.float32)
-        texture = np.zeros(0, np.int32) if world.face_texture is None else world.face_texture[leaves.face]
+        face = self.tree_face = self._leaves.faces
+        self.tree_triangles = len(leaves)
+        if self.tree_triangles == 0:
+            return
+        row, there = np.searchsorted(leaves.face, np.maximum(face, 0)), face >= 0
+        row[~there] = 0
+        argument.tree_depth = self._array(np.where(there, leaves.depth[row], np.float32(0.0)), wp.float32)
+        argument.tree_transmission = self._array(leaves.transmission[row], wp.float32)
+        texture = np.zeros(0, np.int32)
+        if world.face_texture is not None:
+            texture = np.where(there, world.face_texture[face], np.int32(-1))
         argument.tree_texture = self._array(texture, wp.int32)
+
+    def _uvs(self, world: World) -> Any:
+        return self._array(np.zeros((0, 2), np.float32) if world.vertex_uv is None else world.vertex_uv, self._wp.vec2)
 
     def _array(self, values: Any, dtype: Any) -> Any:
         return self._wp.array(np.ascontiguousarray(values), dtype=dtype, device=self._device, copy=False)

@@ -7,11 +7,13 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from bake.change_types import WorldChange
 from bake.decorator_types import FogBoxes
 from bake.devices import Device, worker_count
 from bake.settings import BakeSettings
 from bake.trace.fused import TracerFused
-from bake.types import World
+from bake.trace.primitives import Primitives
+from bake.types import BoolArray, World
 
 
 class TracerWarp(TracerFused):
@@ -20,7 +22,9 @@ class TracerWarp(TracerFused):
     name = "warp"
 
     def __init__(self, world: World, settings: BakeSettings, device: Device, fog: FogBoxes | None = None) -> None:
-        super().__init__(world, settings, device.alias, 1 if device.is_cuda else worker_count(), fog)
+        threads = 1 if device.is_cuda else worker_count()
+        super().__init__(world, settings, device.alias, threads, fog, Primitives.of(world.face_casts))
+        self._given_device = device
         self.device = device.name if device.is_cuda else "cpu"
         self.batch_size = 1 << (18 if device.is_cuda else 11)
         wp = self._warp
@@ -32,9 +36,14 @@ class TracerWarp(TracerFused):
         )
         self.scene = int(np.uint64(self._mesh.id))
 
+    def updated(self, world: World, change: WorldChange, fog: FogBoxes | None) -> TracerWarp:
+        """A tracer of the edited world, built anew; see `Tracer.updated`."""
+        return TracerWarp(world, self.settings, self._given_device, fog)
+
     @contextmanager
-    def _passing_over(self, first: int, last: int) -> Generator[tuple[int, int]]:
-        yield first | last << 32, self.scene
+    def _passing_over(self, primitives: BoolArray) -> Generator[tuple[int, int]]:
+        mask = self._array(primitives.view(np.uint8), self._warp.uint8)
+        yield int(mask.ptr or 0), self.scene
 
     def close(self) -> None:
         """Frees the BVH before what it refers to."""
