@@ -28,11 +28,12 @@ class AvailabilityPart(Part):
 
     def refresh(self) -> None:
         """Looks at every action again."""
-        met = {name: is_met() for name, (is_met, _) in self._conditions().items()}
+        conditions = self._conditions()
+        met = {name: is_met() for name, (is_met, _) in conditions.items()}
         for spec in self.bench.registry.specs:
             missing = next((name for name in spec.needs if not met[name]), "")
             if spec.needs:
-                self.bench.registry.enable(spec.id, not missing, self._conditions()[missing][1] if missing else "")
+                self.bench.registry.enable(spec.id, not missing, conditions[missing][1] if missing else "")
 
     def _conditions(self) -> dict[str, tuple[Callable[[], bool], str]]:
         bench, document = self.bench, self.bench.document
