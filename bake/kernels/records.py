@@ -12,6 +12,7 @@ import warp as wp
 
 from bake.kernels.bodies import CLOSEST
 from bake.kernels.closest import nudged
+from bake.kernels.coincident import settler
 from bake.kernels.follow import MAX_LAYERS, NEXT_AFTER, TINY_STEP, follower
 from bake.kernels.rays import (
     GOLDEN,
@@ -170,6 +171,7 @@ def meets_kernel(tracer: str) -> Any:
     """
     closest_hit, leaks_at_vertices = CLOSEST[tracer]
     second_look = wp.constant(leaks_at_vertices)
+    settled = settler(closest_hit)
 
     @wp.func
     def met(
@@ -190,9 +192,13 @@ def meets_kernel(tracer: str) -> Any:
                 hit = closest_hit(entry, scene, origin, nudged(direction), t_min, t_max)
             if hit.primitive < 0:
                 return False
+            passes = openness_at(surface, hit.primitive, hit.weights)
+            if passes > 0.0:
+                hit = settled(entry, scene, origin, direction, t_min, hit)
+                passes = openness_at(surface, hit.primitive, hit.weights)
             if surface.face_object[surface.cast_face[hit.primitive]] == wanted:
                 return True
-            through = through * openness_at(surface, hit.primitive, hit.weights)
+            through = through * passes
             if through <= threshold:
                 return False
             t_min = hit.distance * NEXT_AFTER + TINY_STEP
