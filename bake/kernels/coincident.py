@@ -12,19 +12,20 @@ from typing import Any
 import warp as wp
 
 from bake.kernels.closest import Hit, bvh_closest, embree_closest, unpack, vec5d
-from bake.kernels.closest_without import bvh_closest_without, embree_closest_without
+from bake.kernels.closest_without import bvh_closest_without
 
 wp.set_module_options({"enable_backward": False, "fast_math": False})
 
-# The structs are those of `closest_without`; word 8 of a ray is the candidate's distance. All candidates about a known
-# hit are turned down after a look, so that Embree goes on to the next; the nearest stays, the lowest of equal ones.
+# `scene` and the structs are those of `closest`; its fifth number is the address of the face of each primitive. Word 8
+# of a ray is the candidate's distance. All candidates about a known hit are turned down after a look, so that Embree
+# goes on to the next; the nearest stays, and of equal ones that of the lowest face.
 _EMBREE = """
     struct alignas(16) RayHit {
         float org[3]; float tnear; float dir[3]; float time; float tfar; unsigned mask; unsigned id; unsigned flags;
         float ng[3]; float u; float v; unsigned prim; unsigned geom; unsigned inst; unsigned inst_prim;
     } r;
     struct Context {
-        unsigned instances[8]; unsigned first; unsigned last;
+        unsigned instances[8]; const unsigned char* gone; const int* face; unsigned first;
         float t; unsigned prim; float ng[3]; float u; float v;
     } context;
     struct Candidate {
@@ -34,8 +35,10 @@ _EMBREE = """
         unsigned flags; unsigned features; void* context; void (*filter)(const Candidate*);
         void* intersect; float width;
     } arguments;
-    SCENE
+    const unsigned long long* held = (const unsigned long long*)scene;
     for (int i = 0; i < 8; ++i) context.instances[i] = 0xffffffffu;
+    context.gone = (const unsigned char*)held[3];
+    context.face = (const int*)held[4];
     context.t = 3.4e38f;
     context.prim = 0xffffffffu;
     arguments.flags = 2u;
@@ -44,10 +47,10 @@ _EMBREE = """
     arguments.filter = [](const Candidate* candidate) {
         Context& best = *candidate->context;
         candidate->valid[0] = 0;
-        const unsigned prim = candidate->hit[5];
+        const unsigned prim = candidate->hit[5] + best.first;
         const float t = candidate->ray[8];
-        if (prim >= best.first && prim < best.last) return;
-        if (t > best.t || (t == best.t && prim > best.prim)) return;
+        if (best.gone && best.gone[prim]) return;
+        if (t > best.t || (t == best.t && best.face[prim] > best.face[best.prim])) return;
         const float* hit = (const float*)candidate->hit;
         best.t = t; best.prim = prim; best.ng[0] = hit[0]; best.ng[1] = hit[1]; best.ng[2] = hit[2];
         best.u = hit[3]; best.v = hit[4];
@@ -58,7 +61,11 @@ _EMBREE = """
     r.dir[0] = d[0]; r.dir[1] = d[1]; r.dir[2] = d[2]; r.time = 0.0f; r.tfar = distance * 1.0000002f;
     r.mask = 0xffffffffu; r.id = 0; r.flags = 0;
     r.geom = 0xffffffffu; r.inst = 0xffffffffu; r.inst_prim = 0xffffffffu;
-    ((void (*)(void*, void*, void*))entry)(tree, &r, &arguments);
+    for (int part = 0; part < 2; ++part) {
+        void* tree = (void*)held[part == 0 ? 0 : 2];
+        context.first = part == 0 ? 0u : (unsigned)held[1];
+        if (tree) ((void (*)(void*, void*, void*))entry)(tree, &r, &arguments);
+    }
     wp::vec_t<5, wp::float64> result;
     if (context.prim == 0xffffffffu) { result[1] = -1.0; return result; }
     const float* ng = context.ng;
@@ -71,22 +78,10 @@ _EMBREE = """
     result[4] = context.u;
     return result;
 """
-_PLAIN = _EMBREE.replace("SCENE", "context.first = 0u; context.last = 0u; void* tree = (void*)scene;")
-_WITHOUT = _EMBREE.replace(
-    "SCENE",
-    "const unsigned long long* held = (const unsigned long long*)scene; void* tree = (void*)held[0];"
-    "context.first = (unsigned)held[1]; context.last = (unsigned)held[2];",
-)
 
 
-@wp.func_native(_PLAIN)
+@wp.func_native(_EMBREE)
 def _embree(
-    entry: wp.uint64, scene: wp.uint64, o: wp.vec3, d: wp.vec3, t_min: wp.float32, distance: wp.float32
-) -> vec5d: ...
-
-
-@wp.func_native(_WITHOUT)
-def _embree_without(
     entry: wp.uint64, scene: wp.uint64, o: wp.vec3, d: wp.vec3, t_min: wp.float32, distance: wp.float32
 ) -> vec5d: ...
 
@@ -102,16 +97,6 @@ def _settled(
 
 
 @wp.func
-def _settled_without(
-    entry: wp.uint64, scene: wp.uint64, origin: wp.vec3, direction: wp.vec3, t_min: wp.float32, hit: Hit
-) -> Hit:
-    found = unpack(_embree_without(entry, scene, origin, direction, t_min, hit.distance))
-    if found.primitive < 0:
-        return hit
-    return found
-
-
-@wp.func
 def _as_found(
     entry: wp.uint64, scene: wp.uint64, origin: wp.vec3, direction: wp.vec3, t_min: wp.float32, hit: Hit
 ) -> Hit:
@@ -120,7 +105,6 @@ def _as_found(
 
 _SETTLED: dict[Any, Any] = {
     embree_closest: _settled,
-    embree_closest_without: _settled_without,
     bvh_closest: _as_found,
     bvh_closest_without: _as_found,
 }

@@ -73,7 +73,8 @@ class TracerEmbree(TracerFused):
     def _handles(self, gone: np.ndarray | None) -> np.ndarray:
         second = 0 if self._second is None else self._second.address
         mask = 0 if gone is None else gone.ctypes.data
-        return np.array([self._first.address, self._first.triangles, second, mask], np.uint64)
+        faces = self.cast_face.ctypes.data  # which the surface holds
+        return np.array([self._first.address, self._first.triangles, second, mask, faces], np.uint64)
 
     @contextmanager
     def _passing_over(self, primitives: BoolArray) -> Generator[tuple[int, int]]:
