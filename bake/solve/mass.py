@@ -45,6 +45,21 @@ class FaceMoments:
         """Σ dA φ_i, shape (m, 3), m²."""
         return self.square + self.mixed + self.mixed[:, [2, 0, 1]]
 
+    def only(self, faces: Int64Array) -> FaceMoments:
+        """The sums of some faces."""
+        return FaceMoments(
+            self.count[faces], self.square[faces], self.mixed[faces], self.value[faces], self.value_square[faces]
+        )
+
+    def with_faces(self, faces: Int64Array, found: FaceMoments) -> FaceMoments:
+        """Sums with those of some faces replaced."""
+        arrays: list[Float64Array] = []
+        for name in ("count", "square", "mixed", "value", "value_square"):
+            values: Float64Array = getattr(self, name).copy()
+            values[faces] = getattr(found, name)
+            arrays.append(values)
+        return FaceMoments(*arrays)
+
 
 def face_moments(surface: Surface, samples: SampleSet, ao: Float32Array, valid: BoolArray) -> FaceMoments:
     """Sums the valid samples face by face, in float64.

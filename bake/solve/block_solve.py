@@ -1,0 +1,301 @@
+"""The values of a block whose equations changed: as few of them as the tolerance allows.
+
+At the values x of before, every row of the changed equations A x = b is missed by a gradient g = A x - b. As A is at
+least the mass matrix and the prior, whose rows sum to m + p, a value is about |g| / (m + p) away from where it belongs,
+and `AMPLIFIED` times that at most, wherever meshes are not extreme. Only values that miss more than the tolerance
+allows are solved for, with a few rings around them and everything beyond held where it is. That moves the rows just
+outside; where they then miss too much, the next patch lies there. What is left is known for every row and kept: small
+changes that are passed over add up in the gradient until they count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from bake.settings import BakeSettings, MappingKind
+from bake.solve.block import Block, entries_of, square_error
+from bake.solve.conjugate_gradient import HELD, BoxSolution, BoxSolver
+from bake.solve.mass import FaceMoments
+from bake.solve.system import Equations
+from bake.types import BoolArray, Float64Array, Int64Array
+
+AMPLIFIED = 4.0
+"""How much farther from its place a value may be than its row alone tells: for a regular mesh's mass matrix, whose
+smallest eigenvalue is a quarter of the lumped mass."""
+
+RINGS = 6
+"""Rings of faces around values that miss too much."""
+
+MOST_PATCHES = 12
+"""After so many patches one after another the block is solved whole."""
+
+WORTHWHILE = 0.5
+"""Share of the unknowns beyond which the block is solved whole."""
+
+EASED = 0.3
+"""How much closer than asked for a patch is solved, so that its own rows need no second one."""
+
+WHOLE_TOLERANCE = 1e-11
+ACCEPTABLE = 1e-4
+MOST_ITERATIONS = 200
+
+Columns = Callable[[Callable[[int], BoxSolution], Iterable[int]], Iterator[BoxSolution]]
+"""Does the same for each distance, side by side or one after another."""
+
+
+@dataclass(frozen=True, slots=True)
+class Solved:
+    """A block with its new values.
+
+    Attributes:
+        block: It.
+        iterations: Most that any solve took.
+        residual: Largest relative residual of components solved whole.
+        unknowns: How many were solved for.
+        missed: Estimate of how far any value is from its place, in AO.
+    """
+
+    block: Block
+    iterations: int = 0
+    residual: float = 0.0
+    unknowns: int = 0
+    missed: float = 0.0
+
+
+def solve_block(
+    block: Block,
+    equations: Equations,
+    moments: FaceMoments,
+    zone: Int64Array,
+    faces: Int64Array,
+    *,
+    alpha: float,
+    mapping: MappingKind,
+    tolerance: float,
+    columns: Columns,
+) -> Solved:
+    """Solves what has to be.
+
+    Args:
+        block: As it was: its values belong to its own equations.
+        equations, moments: As they are now.
+        zone: Shape (z,), int64: unknowns whose rows differ otherwise than in the pull to the average.
+        faces: Shape (f,), int64: faces whose sums differ.
+        alpha, mapping: As before.
+        tolerance: In AO; 0 for a whole solve to the end.
+        columns: How distances are gone through.
+    """
+    after = replace(block, equations=equations, moments=moments, tolerance=tolerance)
+    if mapping is MappingKind.AVERAGE or tolerance <= 0.0:
+        return solve_whole(after, alpha, mapping, tolerance, columns)
+    gradient = _gradient(block, equations, zone, alpha)
+    weight = _weight(equations, alpha)
+    within = tolerance / AMPLIFIED * weight
+    x, held = block.values.copy(), block.held.copy()
+    ignored = np.repeat(block.failed, np.diff(block.surface.first))
+    if ignored[zone].any():
+        return solve_whole(after, alpha, mapping, tolerance, columns)
+    touched = np.zeros(len(x), np.bool_)
+    iterations = 0
+    for _ in range(MOST_PATCHES):
+        miss = np.abs(projected(gradient, x)).max(axis=1) > within
+        seeds = np.flatnonzero(miss & ~ignored)
+        if not len(seeds):
+            error = _moved_error(block, moments, x, touched, faces)
+            counted = held[block.surface.unknown[block.surface.unknown >= 0]].sum(axis=0)
+            done = replace(after, values=x, gradient=gradient, held=held, held_vertices=counted, square_error=error)
+            return Solved(done, iterations, 0.0, int(touched.sum()), missed(done, alpha))
+        members = block.rings(seeds, RINGS)
+        if np.count_nonzero(members) > WORTHWHILE * len(x):
+            break
+        touched |= members
+        iterations = max(
+            iterations, _patch(np.flatnonzero(members), equations, alpha, x, gradient, held, within, columns)
+        )
+    return solve_whole(replace(after, values=x), alpha, mapping, tolerance, columns)
+
+
+def projected(gradient: Float64Array, x: Float64Array) -> Float64Array:
+    """The part of the gradient that the bounds let count."""
+    return np.where(x <= 0.0, np.minimum(gradient, 0.0), np.where(x >= 1.0, np.maximum(gradient, 0.0), gradient))
+
+
+def missed(block: Block, alpha: float) -> float:
+    """Estimate of how far any value of a block is from its place, in AO."""
+    miss = np.abs(projected(block.gradient, block.values)).max(axis=1, initial=0.0)
+    miss[np.repeat(block.failed, np.diff(block.surface.first))] = 0.0
+    return AMPLIFIED * float((miss / _weight(block.equations, alpha)).max(initial=0.0))
+
+
+def _weight(equations: Equations, alpha: float) -> Float64Array:
+    """What a row's gradient is measured by, shape (u,), m²."""
+    fill = 0.1 * np.where(equations.starved, equations.main_diagonal(alpha), 0.0)
+    return equations.mass + equations.pull(alpha) + fill
+
+
+def _gradient(block: Block, equations: Equations, zone: Int64Array, alpha: float) -> Float64Array:
+    """The gradient of the block's values under other equations, shape (u, k), m²."""
+    old, new = block.equations.pull(alpha), equations.pull(alpha)
+    x = block.values
+    gradient = block.gradient + (new - old)[:, None] * x
+    gradient -= new[:, None] * equations.average - old[:, None] * block.equations.average
+    if len(zone):
+        row, column, entry = _rows(equations, alpha, zone)
+        rows = csr_array((entry, column, row), shape=(len(zone), len(x)))
+        gradient[zone] = rows @ x - (equations.data[zone] + new[zone, None] * equations.average[zone])
+    return gradient
+
+
+def _rows(equations: Equations, alpha: float, members: Int64Array) -> tuple[Int64Array, Int64Array, Float64Array]:
+    """Row pointers, columns and entries of some rows of the matrix."""
+    surface = equations.surface
+    places = entries_of(surface.indptr, members)
+    start = np.concatenate([[0], np.cumsum(np.diff(surface.indptr)[members])]).astype(np.int64)
+    return start, surface.indices[places].astype(np.int64), equations.entries(alpha, places)
+
+
+def _patch(
+    members: Int64Array,
+    equations: Equations,
+    alpha: float,
+    x: Float64Array,
+    gradient: Float64Array,
+    held: BoolArray,
+    within: Float64Array,
+    columns: Columns,
+) -> int:
+    """Solves for some values, the others held, in place; returns the iterations."""
+    start, column, entry = _rows(equations, alpha, members)
+    slot = np.full(len(x), -1, np.int64)
+    slot[members] = np.arange(len(members))
+    inner = slot[column]
+    row = np.repeat(np.arange(len(members)), np.diff(start))
+    inside = inner >= 0
+    size = len(members)
+    graph = csr_array((entry[inside], (row[inside], inner[inside])), shape=(size, size))
+    pieces, label = connected_components(graph, directed=False)
+    order = np.argsort(label, kind="stable")
+    first = np.concatenate([[0], np.cumsum(np.bincount(label, minlength=pieces))]).astype(np.int64)
+    square = graph[order][:, order].tocsr()
+    diagonal: Float64Array = square.diagonal()
+    before = x[members]
+    # what the rows ask for beyond where they are: b - A_out x_out = A_in x_in - g
+    rhs = graph @ before - gradient[members]
+    solver = BoxSolver(square, first)
+    goal = EASED * within[members][order]
+
+    def solve(k: int) -> BoxSolution:
+        return solver.solve(rhs[order, k], before[order, k], within=goal, most_iterations=MOST_ITERATIONS)
+
+    iterations = 0
+    own = members[order]
+    for k, solution in enumerate(columns(solve, range(x.shape[1]))):
+        x[own, k], held[own, k] = solution.x, solution.held
+        gradient[own, k] = solution.gradient * diagonal
+        iterations = max(iterations, solution.iterations)
+    outside = np.flatnonzero(~inside)
+    at = column[outside]
+    change = (x[members] - before)[row[outside]] * entry[outside, None]
+    reached, back = np.unique(at, return_inverse=True)
+    for k in range(x.shape[1]):
+        gradient[reached, k] += np.bincount(back, change[:, k], minlength=len(reached))
+    return iterations
+
+
+def solve_whole(block: Block, alpha: float, mapping: MappingKind, tolerance: float, columns: Columns) -> Solved:
+    """Solves for all values of a block, from those it has; arguments as for `solve_block`."""
+    first = block.surface.first
+    x, held = block.values.copy(), block.held.copy()
+    if mapping is MappingKind.AVERAGE:
+        return Solved(_finished(block, block.equations.average, np.zeros(x.shape), held & False, None, 0.0))
+    system = block.equations.system(alpha)
+    diagonal = system.matrix.diagonal()
+    solver = BoxSolver(system.matrix, first)
+    within = EASED * tolerance / AMPLIFIED * _weight(block.equations, alpha) if tolerance > 0.0 else None
+
+    def solve(k: int) -> BoxSolution:
+        return solver.solve(
+            system.rhs[:, k], x[:, k], tolerance=WHOLE_TOLERANCE, within=within, most_iterations=MOST_ITERATIONS
+        )
+
+    gradient = np.empty(x.shape)
+    failed = np.zeros(len(first) - 1, np.bool_)
+    iterations, residual = 0, 0.0
+    values = x.copy()
+    for k, solution in enumerate(columns(solve, range(x.shape[1]))):
+        values[:, k], held[:, k] = solution.x, solution.held
+        gradient[:, k] = solution.gradient * diagonal
+        iterations = max(iterations, solution.iterations)
+        bad = ~solution.converged & ~(solution.residual <= (ACCEPTABLE if within is None else 1e3))
+        failed |= bad
+        if within is None:
+            residual = max(residual, float(np.where(bad, 0.0, solution.residual).max(initial=0.0)))
+    back = np.repeat(failed, np.diff(first))
+    values[back], held[back], gradient[back] = system.average[back], False, 0.0
+    done = _finished(block, values, gradient, held, failed, tolerance)
+    return Solved(done, iterations, residual, len(x), missed(done, alpha) if tolerance > 0.0 else 0.0)
+
+
+def begin_values(block: Block, values: Float64Array, settings: BakeSettings, *, averaged: bool) -> Block:
+    """A block with values that were solved for elsewhere.
+
+    Args:
+        block: With its equations.
+        values: Shape (u, k), float64.
+        settings: What they were solved for.
+        averaged: Whether some components may not have converged and keep their average.
+    """
+    if settings.mapping is MappingKind.AVERAGE:
+        return solve_whole(block, settings.alpha, settings.mapping, 0.0, map).block
+    first = block.surface.first
+    system = block.equations.system(settings.alpha)
+    gradient = system.matrix @ values - system.rhs
+    failed = np.zeros(len(first) - 1, np.bool_)
+    if averaged:
+        apart = np.maximum.reduceat(np.abs(values - system.average).max(axis=1), first[:-1])
+        failed = (apart < 1e-6) & (np.diff(first) > 1)
+        gradient[np.repeat(failed, np.diff(first))] = 0.0
+    wants_out = gradient / system.matrix.diagonal()[:, None]
+    held = ((values <= 0.0) & (wants_out > HELD)) | ((values >= 1.0) & (wants_out < -HELD))
+    return _finished(block, values, gradient, held, failed, 0.0)
+
+
+def _finished(
+    block: Block,
+    values: Float64Array,
+    gradient: Float64Array,
+    held: BoolArray,
+    failed: BoolArray | None,
+    tolerance: float,
+) -> Block:
+    unknown = block.surface.unknown
+    return replace(
+        block,
+        values=values,
+        gradient=gradient,
+        held=held,
+        held_vertices=held[unknown[unknown >= 0]].sum(axis=0),
+        failed=np.zeros(len(block.failed), np.bool_) if failed is None else failed,
+        square_error=square_error(block.surface.corners, values, block.moments),
+        tolerance=tolerance,
+    )
+
+
+def _moved_error(
+    block: Block, moments: FaceMoments, x: Float64Array, touched: BoolArray, faces: Int64Array
+) -> Float64Array:
+    """The squares of the differences, of which only those on faces that changed are summed anew."""
+    corners = block.surface.corners
+    seen = np.zeros(len(corners), np.bool_)
+    seen[faces] = True
+    seen[block.faces_of(np.flatnonzero(touched))] = True
+    rows = np.flatnonzero(seen)
+    if not len(rows):
+        return block.square_error
+    before = square_error(corners[rows], block.values, block.moments.only(rows))
+    return block.square_error - before + square_error(corners[rows], x, moments.only(rows))
