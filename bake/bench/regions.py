@@ -23,7 +23,7 @@ from bake.scene import flatten, load_scene
 from bake.settings import BakeSettings
 from bake.stages import StageClock
 from bake.trace import create_tracer
-from bake.walk import STEP_BOUND, Variant, Walk, WalkMetrics, WalkOptions, simulate, trace_truth
+from bake.walk import STEP_BOUND, Variant, Walk, WalkMetrics, WalkOptions, lay_out, simulate, trace_truth
 from bake.walk.tour import tour
 
 PAPER_POINTS = 332_741
@@ -94,7 +94,9 @@ def measure_regions(scenes: Sequence[Path], options: Mapping[str, Any], *, folde
         "engine: bytes of the packed models, linear harmonics of one function; stored: quadratic, all distances, "
         "fitted and regularised",
     ]
+    how = WalkOptions()
     walk_notes = [
+        f"{how.speed:g} m/s at {how.frame_rate:g} Hz; blended: with a half-life of {how.half_life:g} s",
         "steps: largest change of AO from frame to frame over seven normals (six axes and up); boundary: on the frames "
         "on which the region changed",
         f"gates: regularisation lowers the worst boundary step at least {STEP_RATIO:g} times while the mean error "
@@ -118,8 +120,10 @@ def _measure(path: Path, options: Mapping[str, Any], folder: Path | None) -> tup
     clock = StageClock()
     regions = finished(model_regions(traced.graph, traced.points, settings, clock)).regions
     row = {"scene": path.stem, **_region_row(regions, traced, settings, clock)}
+    how = WalkOptions()
+    course = lay_out(regions, traced.path, speed=how.speed, frame_rate=how.frame_rate)
     walks = tuple(
-        simulate(regions, traced.path, WalkOptions(column=column), truth=traced.truth)
+        simulate(regions, traced.path, WalkOptions(column=column), truth=traced.truth, course=course)
         for column in range(settings.distance_count)
     )
     row |= {"toured": traced.toured, "tour m": traced.path.length}
