@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QHeaderView, QLabel, QLineEdit, QVBoxLayout, QWidget
 
@@ -42,12 +44,13 @@ class SpotTable(QWidget):
         self.marks.toggled.connect(self.marks_toggled)
         self._count = QLabel()
         self._filter = QLineEdit()
-        self._filter.setPlaceholderText("Filter by object or sign")
+        self._filter.setPlaceholderText("Object or sign")
         self._filter.setToolTip("Show only rows that contain this text")
         self._filter.setClearButtonEnabled(True)
         self._filter.setMaximumWidth(240)
         self.view = RowsView(("Object",), stretch=0)
         self.view.setSortingEnabled(True)
+        self.view.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # the end of a path tells the most
         self.view.setToolTip("Click a row to fly there, double-click to have it explained; click a heading to sort")
         self._filter.textChanged.connect(self.view.proxy.setFilterFixedString)
         selection = self.view.selectionModel()
@@ -87,11 +90,12 @@ class SpotTable(QWidget):
         columns = spot_columns(spots, paths)
         self._causes = [kind.heading for kind in spots.guess]
         self._rows = list(zip(*(_cells(column) for column in columns), strict=True))
+        self._rows = [_with_meaning(row, kind) for row, kind in zip(self._rows, spots.guess, strict=True)]
         for widget in (self.distance, self.cause, self.marks, self._filter):
             widget.setEnabled(True)
         if [column.heading for column in columns] != self._headings:
             self._headings = [column.heading for column in columns]
-            self.view.rows.set_headings(self._headings)
+            self.view.rows.set_headings(self._headings, [column.tip for column in columns])
             header = self.view.horizontalHeader()
             assert header is not None
             for number in range(len(columns)):
@@ -136,8 +140,11 @@ class SpotTable(QWidget):
 
 
 def _cells(column: Column) -> list[Cell]:
-    tip = column.tip
-    return [
-        Cell(text, key, tip="" if isinstance(key, str) else tip)
-        for text, key in zip(column.texts, column.keys, strict=True)
-    ]
+    tip = "" if column.heading == "Object" else column.tip  # paths may be cut short, so theirs are themselves
+    return [Cell(text, key, tip=tip) for text, key in zip(column.texts, column.keys, strict=True)]
+
+
+def _with_meaning(row: tuple[Cell, ...], kind: CauseKind) -> tuple[Cell, ...]:
+    """The row, its cause with what that means."""
+    cause = replace(row[_CAUSE], tip=f"{kind.meaning} {row[_CAUSE].tip}.")
+    return (*row[:_CAUSE], cause, *row[_CAUSE + 1 :])

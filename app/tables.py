@@ -30,6 +30,7 @@ class RowsModel(QAbstractTableModel):
     def __init__(self, headings: Sequence[str], parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._headings = tuple(headings)
+        self._tips: tuple[str, ...] = ()
         self._given: list[tuple[Cell, ...]] = []
         self._rows: list[tuple[Cell, ...]] = []
         self._order: list[int] = []
@@ -42,10 +43,10 @@ class RowsModel(QAbstractTableModel):
         self._arrange()
         self.endResetModel()
 
-    def set_headings(self, headings: Sequence[str]) -> None:
-        """Replaces the headings, and with them the number of columns; leaves no rows."""
+    def set_headings(self, headings: Sequence[str], tips: Sequence[str] = ()) -> None:
+        """Replaces the headings and what they mean, and with them the number of columns; leaves no rows."""
         self.beginResetModel()
-        self._headings, self._given = tuple(headings), []
+        self._headings, self._tips, self._given = tuple(headings), tuple(tips), []
         self._arrange()
         self.endResetModel()
 
@@ -93,6 +94,8 @@ class RowsModel(QAbstractTableModel):
         """The headings."""
         if role == Qt.ItemDataRole.DisplayRole and orientation is Qt.Orientation.Horizontal:
             return self._headings[section]
+        if role == Qt.ItemDataRole.ToolTipRole and section < len(self._tips):
+            return self._tips[section] or None
         return None
 
     def data(self, index: QModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> Any:

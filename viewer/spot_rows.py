@@ -11,13 +11,17 @@ from viewer.instance_rows import Column
 from viewer.overlays import MOST_POINTS, OverlayPoints
 
 SIGN_WORDS = {
-    "dark": "darker than its surroundings",
-    "residual": "samples disagree with the fit",
-    "filled": "filled from neighbours",
-    "margin": "near the back-face threshold",
+    "dark": "dark",
+    "residual": "misfit",
+    "filled": "filled",
+    "margin": "back faces",
     "held": "held at 0 or 1",
-    "seam": "step across a seam",
+    "seam": "seam",
 }
+SIGN_TIP = (
+    "dark: darker than its surroundings; misfit: samples disagree with the fit; filled: from neighbours; back faces: "
+    "near the back-face threshold; held at 0 or 1 by the fit's bounds; seam: a step across a seam"
+)
 CHOSEN_COLOR = (255, 0, 255)
 
 
@@ -36,7 +40,7 @@ def spot_columns(spots: Spots, paths: tuple[str, ...]) -> list[Column]:
         _numbers("Too dark by", drop, "{:.3f}", "Against what is usual around it"),
         _numbers("Area [m²]", spots.area, "{:.3g}", "Surface of the spot"),
         _numbers("Vertices", spots.vertices, "{:,.0f}", "Vertices of the spot"),
-        Column("Signs", signs, signs, "What is odd there"),
+        Column("Signs", signs, signs, SIGN_TIP),
     ]
 
 

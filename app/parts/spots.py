@@ -11,7 +11,7 @@ from app.actions import Action, ActionSpec
 from app.region_flight import free_eye, looking
 from app.spot_table import SpotTable
 from app.window_parts import DockSpec, Part, Side, Workbench
-from bake.errors import ObscuraError
+from bake.errors import DeviceError, ObscuraError
 from bake.explain.spots import Spots, find_spots
 from bake.types import BakeResult
 from viewer.fields import distance_label
@@ -19,6 +19,7 @@ from viewer.picking import Pick
 from viewer.spot_rows import spot_marks, spot_view
 
 PANEL = "Spots"
+_LOOKS = "Spots seen"
 _MARKS = "spots"
 _PIXELS = 6.0
 _TOO_NEAR = 0.4
@@ -62,6 +63,7 @@ class SpotsPart(Part):
         self.table.distance_chosen.connect(self._on_distance)
         self.table.marks_toggled.connect(lambda _on: self._mark())
         self.table.spot_chosen.connect(self.fly)
+        self.table.spot_activated.connect(self._explain)
         self._on_result()
 
     def show(self) -> None:
@@ -93,6 +95,11 @@ class SpotsPart(Part):
         main.navigation.fly_to(looking(main.camera, eye, point))
         self._mark()
 
+    def _explain(self, spot: int) -> None:
+        """Flies to a spot and brings what explains the clicked point to the front."""
+        self.fly(spot)
+        self.bench.registry["explain"].trigger()
+
     def _step(self, step: int) -> None:
         self.bench.show_panel(PANEL)
         if self.spots is None:
@@ -104,8 +111,9 @@ class SpotsPart(Part):
         result = self.bench.document.result
         self.spots, self._of = None, None
         self._mark()
+        for job in (PANEL, _LOOKS):  # what was found in another result means nothing in this one
+            self.bench.jobs.drop(job)
         if result is None:
-            self.bench.jobs.drop(PANEL)
             self.table.set_message("No result.")
             return
         distances = result.settings.column_distances
@@ -123,11 +131,22 @@ class SpotsPart(Part):
         if result is None or result is self._of or not self.table.isVisible():
             return
         self._of = result
+        self.bench.jobs.drop(_LOOKS)
         self.table.set_message("Looking …")
         distance = result.settings.column_distances[self._column]
         self.bench.jobs.run(PANEL, lambda: find_spots(result, distance=distance), self._on_found, self._on_failed)
 
     def _on_found(self, spots: Spots) -> None:
+        result = self.bench.document.result
+        if result is not None:
+            self._set(spots)
+            self.bench.jobs.run(_LOOKS, lambda: _looked_at(result, spots), self._on_looked, self._on_failed)
+
+    def _on_looked(self, spots: Spots) -> None:
+        if self.table.chosen() < 0:  # rows do not move once somebody works with them
+            self._set(spots)
+
+    def _set(self, spots: Spots) -> None:
         world = self.bench.document.world
         if world is not None:
             self.spots = spots
@@ -145,6 +164,17 @@ class SpotsPart(Part):
             marks = spot_marks(world, spots, chosen, everything=self.table.marks.isChecked())
         for viewport in self.bench.area.viewports:
             viewport.set_points(_MARKS, marks, _PIXELS)
+
+
+def _looked_at(result: BakeResult, spots: Spots) -> Spots:
+    """The spots by what some rays from each of them see; as they are if nothing here can trace."""
+    from bake.explain.spot_looks import look_at_spots  # a tracer need not be loaded before anybody asks
+
+    try:
+        return look_at_spots(result, spots)
+    except DeviceError as error:
+        logger.warning("spots are listed without being looked at: %s", error)
+        return spots
 
 
 def _spec(name: str, text: str, tip: str, key: str) -> ActionSpec:
