@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from bake.geometry import face_normals
 from bake.types import BakeResult, Float32Array, Float64Array, Role, UInt8Array, VertexField, VertexState
 from viewer.around import Around
 from viewer.colormaps import BLUE_WHITE_ORANGE, CIVIDIS, WARNING, ColorMap
@@ -211,13 +210,18 @@ def _normals(kind: Inspection, around: Around, field: VertexField, column: int) 
 
 def _winding(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
     world = around.result.world
-    faces = np.asarray(world.faces)
-    normals, _ = face_normals(world.positions, faces)
+    corners = [np.ascontiguousarray(corner) for corner in np.asarray(world.faces).T]
+    # Axis by axis: rows of three are gathered several times as slowly.
+    places, normals = _axes(world.positions), _axes(world.normals)
+    first, second, third = ([axis[corner] for axis in places] for corner in corners)
+    u, v = ([end - begin for begin, end in zip(first, other, strict=True)] for other in (second, third))
+    face = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+    half = 0.5 * np.sqrt(face[0] * face[0] + face[1] * face[1] + face[2] * face[2])
     slants, against = (np.zeros(world.vertex_count, np.bool_) for _ in range(2))
-    for corner in range(3):
-        cosine = np.einsum("ij,ij->i", np.asarray(world.normals, np.float32)[faces[:, corner]], normals)
-        slants[faces[cosine < 0.5, corner]] = True
-        against[faces[cosine < 0.0, corner]] = True
+    for corner in corners:
+        along = sum(axis[corner] * side for axis, side in zip(normals, face, strict=True))
+        slants[corner[along < half]] = True
+        against[corner[along < 0.0]] = True
     colors = np.full((world.vertex_count, 3), _AGREES, np.uint8)
     colors[slants] = _SLANTS
     colors[against] = _AGAINST
@@ -252,6 +256,11 @@ def _misfit(around: Around, field: VertexField, column: int) -> Float64Array:
 
 def _owner(result: BakeResult) -> np.ndarray:
     return np.repeat(np.arange(result.world.object_count), np.diff(result.world.first_vertex))
+
+
+def _axes(vectors: np.ndarray) -> list[np.ndarray]:
+    """The columns of an array of shape (n, 3), each in one piece."""
+    return [np.ascontiguousarray(axis) for axis in np.asarray(vectors).T]
 
 
 def _distance(result: BakeResult, column: int) -> float:
