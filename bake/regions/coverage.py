@@ -40,8 +40,12 @@ def coverage(
     served = np.zeros(len(points), np.bool_)
     at_once = max(1, _TESTS_AT_ONCE // max(len(minimum), 1))
     for begin in range(0, len(points), at_once):
-        part = points[begin : begin + at_once, None]
-        point, region = np.nonzero(((part >= minimum) & (part <= maximum)).all(axis=2))
-        sees = sees_region(part[point, 0], region, minimum, maximum, valid, seed, free)
+        part = points[begin : begin + at_once]
+        held = np.ones((len(part), len(minimum)), np.bool_)
+        for axis in range(3):
+            along = part[:, axis, None]
+            held &= (along >= minimum[:, axis]) & (along <= maximum[:, axis])
+        point, region = np.nonzero(held)
+        sees = sees_region(part[point], region, minimum, maximum, valid, seed, free)
         served[begin + point[sees]] = True
     return float(served.mean())

@@ -65,8 +65,8 @@ class Window:
                     size = (row[2] - row[0] + 1) * (row[3] - row[1] + 1)
                     fits = free >= _FREE_SHARE * size and _count(self._fresh_sum, row) >= _FRESH_SHARE * free
                 if fits and row is not None:
-                    floor = self._floor[row[0] : row[2] + 1, row[1] : row[3] + 1]
-                    lowest, highest = min(low, float(floor.min())), max(high, float(floor.max()))
+                    floor = self._floor[row[0] : row[2] + 1, row[1] : row[3] + 1].ravel().tolist()  # few: no array pays
+                    lowest, highest = min(low, *floor), max(high, *floor)
                     fits = highest - lowest <= self._rise
                     if fits:
                         low, high = lowest, highest
