@@ -26,7 +26,7 @@ from viewer.region_values import link_scale, region_colors, region_scale
 from viewer.region_view import PointSet, RegionView
 
 POINT_PIXELS, ALL_PIXELS = 6.0, 3.0
-MANY = 150
+MANY = 60
 """Regions from which on their boxes are drawn in fine lines."""
 _SHAPES = (
     "shadows", "boxes", "fine boxes", "links", "centres", "chosen edges", "chosen sides", "models", "probe", "needle",

@@ -137,6 +137,14 @@ class Viewport(QWidget):
         self.legend.set_field(None, None, (0.0, 1.0))
         self._apply_camera()
 
+    def move_vertices(self, first: int, positions: Float64Array) -> None:
+        """Draws vertices from the `first` on elsewhere; shape (n, 3), metres from the world's origin."""
+        if self._surface is not None and len(positions):
+            self._surface.move_vertices(first, positions)
+            ends = (positions.min(axis=0), positions.max(axis=0))
+            self._bounds = np.stack((np.minimum(self._bounds[0], ends[0]), np.maximum(self._bounds[1], ends[1])))
+            self._apply_camera()
+
     def set_field(self, field: SurfaceField | None, display: Display, note: str = "") -> None:
         """Colours the surface; None shows plain geometry."""
         self._display = display
@@ -326,10 +334,13 @@ class Viewport(QWidget):
 
     def _place_children(self) -> None:
         view = self.view
-        bottom = view.height() - _MARGIN
+        left, widest, bottom = _MARGIN, 0, view.height() - _MARGIN
         for legend in (self.legend, *self._scales.values()):
             if legend.isVisibleTo(view):
                 bottom -= legend.height()
-                legend.move(_MARGIN, bottom)
+                if bottom < 0 and widest:  # no room above the others: beside them
+                    left, widest, bottom = left + widest + _MARGIN // 2, 0, view.height() - _MARGIN - legend.height()
+                legend.move(left, bottom)
+                widest = max(widest, legend.width())
                 bottom -= _MARGIN // 2
         self.hint.move((view.width() - self.hint.width()) // 2, (view.height() - self.hint.height()) // 2)

@@ -100,8 +100,8 @@ def region_scale(regions: Regions, view: RegionView, color: RegionColor, region_
         case RegionColor.MISMATCH:
             if np.isnan(values).any():
                 missing = ((NONE_COLOR, "no neighbour"),)
-            top = link_top(regions, view)
-            return Scale("Largest mismatch", CIVIDIS, 0.0, top, note=f"at {label}, {state}", swatches=missing)
+            top, note = link_top(regions, view), f"at {label}, {state}{_beyond(regions, view)}"
+            return Scale("Largest mismatch", CIVIDIS, 0.0, top, note=note, swatches=missing)
         case RegionColor.VALID:
             return Scale("Valid points", CIVIDIS, 0.0, 100.0, "%", note=f"of {POINTS} a region")
         case RegionColor.MEMORY:
@@ -127,15 +127,25 @@ def region_colors(regions: Regions, view: RegionView, color: RegionColor, region
 
 
 def link_top(regions: Regions, view: RegionView) -> float:
-    """Upper end of the mismatch's colours: the worst of both states at the distance in view."""
-    both = np.concatenate([regions.mismatch_before[:, view.column], regions.mismatch_after[:, view.column]])
-    return _top(both)
+    """Upper end of the mismatch's colours, the same for both states at the distance in view.
+
+    A few boundaries that were bad as fitted must not make all others look alike: a quarter of them may be off the
+    scale, but none once regularised.
+    """
+    before, after = (np.asarray(part)[:, view.column] for part in (regions.mismatch_before, regions.mismatch_after))
+    return _top(np.append(after, np.quantile(before, 0.75) if len(before) else 0.0))
+
+
+def _beyond(regions: Regions, view: RegionView) -> str:
+    """How far mismatches go beyond the scale, for its note; empty if they do not."""
+    worst = float(np.max(link_mismatch(regions, view), initial=0.0))
+    return f", up to {worst:.2g}" if worst > link_top(regions, view) else ""
 
 
 def link_scale(regions: Regions, view: RegionView, distance: float) -> Scale:
     """What the links' colours mean."""
     state = "as fitted" if view.as_fitted else "regularised"
-    note = f"at {distance_label(distance)}, {state}"
+    note = f"at {distance_label(distance)}, {state}{_beyond(regions, view)}"
     return Scale("Mismatch of links", CIVIDIS, 0.0, link_top(regions, view), note=note)
 
 
