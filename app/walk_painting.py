@@ -16,7 +16,7 @@ from bake.walk import STEP_BOUND, Pop, Variant, Walk
 from viewer.walk_curves import COLORS, Curve, ao_curve, ao_range, step_curve
 from viewer.walk_rows import facing
 
-LEFT, RIGHT, TOP, BOTTOM, _GAP = 44, 10, 14, 20, 6
+LEFT, RIGHT, TOP, BOTTOM, _GAP = 60, 10, 14, 20, 6
 _STEPS_SHARE = 0.36
 _STEPS_FROM = 130  # pixels of height below which there is no room for the steps
 _LEAST_STEP, _LARGEST_STEP = 1e-5, 1.0
@@ -165,7 +165,7 @@ def _paint_frame(
 ) -> None:
     painter.setPen(palette.color(QPalette.ColorRole.WindowText))
     for text, y in marks:
-        box = QRectF(12, y - 8, LEFT - 16, 16)
+        box = QRectF(16, y - 8, LEFT - 20, 16)
         painter.drawText(box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, text)
     painter.save()
     painter.translate(8, plot.center().y())

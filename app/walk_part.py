@@ -125,10 +125,10 @@ class WalkPart(Part):
             self.state.set_picked(self.state.picked[:-1])
 
     def go_to_pop(self, step: int) -> None:
-        """Goes to the next or the last pop and shows its boundary."""
+        """Goes to the next or the last pop, shows its boundary and looks at it."""
         pop = self.state.go_to_pop(step)
         if pop is not None:
-            self._highlight(pop)
+            self.show_pop(pop)
 
     def show_pop(self, pop: Pop) -> None:
         """Goes to a pop and shows its boundary."""
