@@ -18,7 +18,7 @@ from viewer.region_view import RegionColor
 Row = dict[str, Any]
 
 VIEW_MS, HOVER_MS, EXPLAIN_MS, SLIDER_MS = 100.0, 16.0, 300.0, 100.0
-_ROUNDS, _HOVERS, _CLICKS = 5, 60, 12
+_ROUNDS, _HOVERS, _CLICKS, _SLIDES = 3, 60, 12, 11
 _MARGIN = 0.15
 """Share of the view at each side that is left out: the legend lies there."""
 
@@ -84,7 +84,7 @@ def slide(driver: Driver) -> list[Row]:
     state.set_view(state.view.replaced(boxes=RegionColor.MISMATCH, links=True))
     driver.settle()
     slider, answers = part.panel.models.slider, list[Answer]()
-    for position in np.random.default_rng(1).permutation(np.arange(20, 190, 10))[: 2 * _ROUNDS].tolist():
+    for position in np.random.default_rng(1).permutation(np.arange(20, 190, 10))[:_SLIDES].tolist():
         before = state.regions
         answers.append(
             driver.ask(
