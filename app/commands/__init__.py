@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 COMMANDS: Mapping[str, str] = {
     "bake": "bake a scene without a window",
+    "rebake": "bring a result up to date with its scene, baking only what the changes can reach",
     "explain": "say why a spot has its value: samples, rays, occluders and causes",
     "spots": "list suspicious places of a result, the gravest first",
     "remedy": "preview what would mend a spot, and write it into the side file",

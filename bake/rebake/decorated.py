@@ -137,9 +137,21 @@ def _same_boxes(state: State, edit: Edit) -> bool:
     if source in ("", "automatic"):
         return True
     if source == "scene":
-        return state.scene is not None and state.scene.regions == edit.scene.regions
+        if state.scene is not None:
+            return state.scene.regions == edit.scene.regions
+        return _stored_boxes(state) == [(box.name, *box.minimum, *box.maximum) for box in edit.scene.regions]
     files, before = edit.scene.files, state.result.files
     return {name: digest for name, digest in files.items() if name not in before or before[name] != digest} == {}
+
+
+def _stored_boxes(state: State) -> list[tuple[object, ...]]:
+    """The regions as a side file would say them; rounded, for they lie about the world's origin."""
+    regions, origin = state.result.regions, state.result.world.origin
+    if regions is None:
+        return []
+    graph = regions.graph
+    low, high = np.round(graph.minimum + origin, 9).tolist(), np.round(graph.maximum + origin, 9).tolist()
+    return [(name, *a, *b) for name, a, b in zip(graph.names, low, high, strict=True)]
 
 
 def _findings(result: BakeResult, kinds: frozenset[str]) -> tuple[Finding, ...]:
