@@ -87,7 +87,6 @@ class _RemedyRow(QWidget):
         self._outcome = _label("")
         self._outcome.hide()
         buttons = QHBoxLayout()
-        buttons.addWidget(self._outcome, 1)
         buttons.addStretch(1)
         buttons.addWidget(self._preview)
         buttons.addWidget(self._apply)
@@ -95,6 +94,7 @@ class _RemedyRow(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(2)
         layout.addWidget(text)
+        layout.addWidget(self._outcome)
         layout.addLayout(buttons)
         for button in (self._preview, self._apply):
             button.setVisible(remedy.writes)
