@@ -3,7 +3,7 @@
     .ci/with-display .venv/bin/python docs/dark_spot_pictures.py SCENE FOLDER [NUMBER] [quality]
 
 SCENE is copied first, so that nothing is written beside it; FOLDER takes the pictures; NUMBER is the row of the spot in
-the table, counted from 1 (without: the first that has a remedy to write).
+the table, counted from 1 (without: the first that a remedy mends).
 """
 
 from __future__ import annotations
@@ -30,11 +30,14 @@ from app.parts.explain import ExplainPart
 from app.parts.spots import SpotsPart
 from app.style import application
 from app.window import Window
+from bake.explain.preview import Preview
 from bake.pipeline import BakeRequest, run_bake
 
 SIZE = (1400, 900)
 logger = logging.getLogger(__name__)
 PATIENCE = 240.0
+LIGHTER = 0.25
+"""By how much a preview must be lighter to be worth a picture."""
 
 
 class Walk:
@@ -48,8 +51,9 @@ class Walk:
                 shutil.copy(other, work / other.name)
         for _ in run_bake(BakeRequest(self.scene, default_result_folder(self.scene, work), {"quality": quality})):
             pass
-        self.window = Window(work, QSettings(str(work / "habits.ini"), QSettings.Format.IniFormat))
-        self.window.store.setValue("hints/dismissed", True)
+        habits = QSettings(str(work / "habits.ini"), QSettings.Format.IniFormat)
+        habits.setValue("hints/dismissed", True)
+        self.window = Window(work, habits)
         self.window.resize(*SIZE)
         self.window.show()
         self.window.controller.open(self.scene)
@@ -87,8 +91,8 @@ class Walk:
         screen.grabWindow(int(self.window.winId())).save(str(path))
         Image.open(path).convert("RGB").quantize(96, dither=Image.Dither.NONE).save(path, optimize=True)
 
-    def explain(self) -> tuple[QPushButton, QPushButton] | None:
-        """Explains the next spot; returns the buttons of its first remedy that can be written."""
+    def explain(self) -> None:
+        """Explains the next spot."""
         part = self.window.part(ExplainPart)
         former = part.explained
         self.act("spot-next")
@@ -100,11 +104,26 @@ class Walk:
         causes = ", ".join(f"{cause.kind.heading} {cause.confidence:.2f}" for cause in part.explained.causes[:3])
         value = part.explained.explanation.value.round(3).tolist()
         logger.info("%s at %s: AO %s; %s", world.object_paths[spot.object], spot.position.round(2), value, causes)
-        for card in part.panel.causes._cards:
-            for row in card._rows:
-                if row._remedy.writes and row._remedy.objects:
-                    return row._preview, row._apply
-        return None
+
+    def mending(self) -> tuple[QPushButton, QPushButton] | None:
+        """The buttons of the first remedy shown whose preview is much lighter."""
+        part = self.window.part(ExplainPart)
+        seen: list[Preview] = []
+        part.live.previewed.connect(seen.append)
+        try:
+            for card in part.panel.causes._cards:
+                for row in card._rows:
+                    if row._remedy.writes and row._remedy.objects:
+                        count = len(seen)
+                        row._preview.click()
+                        self.until(lambda count=count: len(seen) > count)
+                        gain = float(seen[-1].after[0] - seen[-1].before[0])
+                        logger.info("%s: %+.3f", row._remedy.text, gain)
+                        if gain > LIGHTER:
+                            return row._preview, row._apply
+            return None
+        finally:
+            part.live.previewed.disconnect(seen.append)
 
 
 def main(scene: Path, folder: Path, number: int, quality: str) -> None:
@@ -114,10 +133,13 @@ def main(scene: Path, folder: Path, number: int, quality: str) -> None:
         window, explain, spots = walk.window, walk.window.part(ExplainPart), walk.window.part(SpotsPart)
         walk.act("spots")
         walk.until(lambda: spots.spots is not None)
-        buttons = walk.explain()
-        row = 1
-        while row < number or (number == 0 and buttons is None):
-            buttons, row = walk.explain(), row + 1
+        walk.explain()
+        buttons, row = None, 1
+        while row < number or (number == 0 and (buttons := walk.mending()) is None):
+            walk.explain()
+            row += 1
+        explain.panel.view.clearSelection()
+        window.bench.registry["explain"].trigger()  # anew, without the preview
         walk.rest(1.0)
         explain.panel.rays.setChecked(False)
         explain.panel.samples.setChecked(False)
@@ -130,12 +152,9 @@ def main(scene: Path, folder: Path, number: int, quality: str) -> None:
         explain.panel.view.entered.emit(explain.panel.view.proxy.index(0, 0))
         walk.until(lambda: "→" in explain.panel._without.text())
         walk.keep("3-without")
+        buttons = walk.mending()
         if buttons is None:
-            raise SystemExit("no remedy can be written here")
-        previewed: list[object] = []
-        explain.live.previewed.connect(previewed.append)
-        buttons[0].click()
-        walk.until(lambda: bool(previewed))
+            raise SystemExit("no remedy that can be written helps here")
         window.docks["Explain"].widget().ensureWidgetVisible(buttons[0])  # type: ignore[union-attr]
         walk.keep("4-preview")
         buttons[1].click()
