@@ -15,15 +15,16 @@ if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
 USAGE = (
-    "accuracy|speed|scenes|lods|trees|fog|regions|causes|explain|window [SCENE | FOLDER …] [--scale X] [--scales X,…] "
-    "[--placements N] [--injection-seed N] [--plots FOLDER] [--json] [settings]"
+    "accuracy|mapping|speed|scenes|lods|trees|fog|regions|causes|explain|window [SCENE | FOLDER …] [--scale X] "
+    "[--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] [--plots FOLDER] [--json] [settings]"
 )
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's arguments."""
-    parser.add_argument("subject", choices=list(_SUBJECTS), help="accuracy: surface error of the mappings against a "
-                        "converged reference; speed: overhead beyond the rays, and the solver at size; "
+    parser.add_argument("subject", choices=list(_SUBJECTS), help="accuracy: run time against surface error, ours at "
+                        "many settings and other bakers; mapping: surface error of the mappings; speed: "
+                        "overhead beyond the rays, and the solver at size; "
                         "scenes: what each scene holds and what baking it costs; lods: error of the lower levels of "
                         "detail against what is traced on the finest one; trees: error of the three models of a "
                         "tree's AO against what is traced on it; fog: what shrubs as boxes cost, and how "
@@ -32,7 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         "rightly; explain: error and time of explanations and counterfactuals; window: how soon the "
                         "window is there and answers, on a level of its own or on one scene or result")  # fmt: skip
     parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
-    parser.add_argument("--scale", type=float, default=1.0, help="metres in a unit of the scenes (accuracy only)")
+    parser.add_argument(
+        "--scale", type=float, default=1.0, help="metres in a unit of the scenes (accuracy and mapping)"
+    )
     parser.add_argument(
         "--plots",
         type=Path,
@@ -53,6 +56,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FOLDER",
         help="keep there what is traced, and take it from there when scene and settings are the same (regions only)",
+    )
+    parser.add_argument(
+        "--peers",
+        type=Path,
+        metavar="PYTHON",
+        help="an interpreter that has other bakers installed: bpy, open3d, libigl, pymeshlab (accuracy only)",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object a table, a line each")
     add_settings_options(parser)
@@ -75,6 +84,22 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _accuracy(arguments: argparse.Namespace) -> list[Measurements]:
+    from bake.bench.front import measure_fronts
+    from bake.bench.front_tables import tables
+
+    scenes, options = _scenes(arguments) if arguments.paths else [], explicit_options(arguments)
+    if arguments.plots is not None:
+        arguments.plots.mkdir(parents=True, exist_ok=True)  # before minutes of measuring
+    fronts = measure_fronts(scenes, options, peers=arguments.peers, scale=arguments.scale)
+    if arguments.plots is not None:
+        from app.commands.front_plot import plot_front
+
+        for front in fronts:
+            plot_front(arguments.plots / f"front-{front.scene.replace(' ', '-')}.png", front)
+    return tables(fronts)
+
+
+def _mappings(arguments: argparse.Namespace) -> list[Measurements]:
     from bake.bench.mapping import measure_mappings
 
     return [measure_mappings(_scenes(arguments), explicit_options(arguments), scale=arguments.scale)]
@@ -202,6 +227,7 @@ def _scenes(arguments: argparse.Namespace) -> list[Path]:
 
 _SUBJECTS: dict[str, Callable[[argparse.Namespace], Iterable[Measurements]]] = {
     "accuracy": _accuracy,
+    "mapping": _mappings,
     "speed": _speed,
     "scenes": _scene_table,
     "lods": _lods,

@@ -1,19 +1,14 @@
 """How well values at vertices, interpolated over the surface, meet the truth: the mappings compared at equal rays.
 
-The truth is a converged gather (4,096 rays) at random points of the surface. Half of the 20,000 points are spread by
-area and half evenly over the faces, because levels mix faces of a square centimetre with mountains; the figures of
-20,000 points spread by area alone stand beside them. Points that are themselves invalid by the back-face rule, inside
-walls or under the ground, do not count. Rays cast from the vertices instead of from samples are the third contender:
-as many rays in total, spread evenly over the vertices.
+The truth is that of `bake/bench/surface_truth.py`. Rays cast from the vertices instead of from samples are the third
+contender: as many rays in total, spread evenly over the vertices.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import math
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +16,8 @@ import numpy as np
 
 from bake.bench.isolation import isolated
 from bake.bench.scenes import find_scenes
+from bake.bench.surface_truth import POINTS, REFERENCE_RAYS, surface_truth, trace_samples
 from bake.bench.table import Measurements
-from bake.devices import resolve
 from bake.errors import ObscuraError
 from bake.geometry import face_normals
 from bake.pipeline import settings_for
@@ -30,11 +25,8 @@ from bake.samples import place_samples
 from bake.scene import flatten, load_scene
 from bake.settings import BakeSettings, MappingKind
 from bake.solve import VertexMapper
-from bake.trace import create_tracer
-from bake.types import Float64Array, Int64Array, SampleSet, Scene, Tally, VertexField, World
+from bake.types import SampleSet, Scene, VertexField, World
 
-REFERENCE_RAYS = 4096
-POINTS = 20_000
 GATE = 0.95
 """Least squares must leave at most this share of the weighted average's error, at each distance."""
 
@@ -83,8 +75,10 @@ def compare_mappings(
     settings = settings_for(path, options)
     world = flatten(_scaled(load_scene(path), scale), settings)
     samples = place_samples(world, settings)
-    tally = _trace(world, samples, settings)
-    truth = _reference(world, settings.replaced(rays=REFERENCE_RAYS, seed=(settings.seed + 1) % 2**32), points)
+    tally = trace_samples(world, samples, settings)
+    truth = surface_truth(
+        world, settings.replaced(rays=REFERENCE_RAYS, seed=(settings.seed + 1) % 2**32), points=points
+    )
 
     begin = time.perf_counter()
     mapper = VertexMapper(world, samples, settings)
@@ -138,63 +132,6 @@ def _scaled(scene: Scene, scale: float) -> Scene:
     return dataclasses.replace(scene, objects=objects)
 
 
-@dataclass(frozen=True, slots=True)
-class _Truth:
-    """Converged AO at random points.
-
-    Attributes:
-        corners: Shape (n, 3), int64: vertices of each point's face.
-        weights: Shape (n, 3), float64: barycentric.
-        ao: Shape (n, k), float64.
-        sets: Rows that count, by name.
-    """
-
-    corners: Int64Array
-    weights: Float64Array
-    ao: Float64Array
-    sets: Mapping[str, Int64Array]
-
-    def errors(self, vertex_ao: np.ndarray) -> dict[str, float]:
-        """Root mean square error by set and column."""
-        value: Float64Array = np.einsum("ij,ijk->ik", self.weights, vertex_ao[self.corners].astype(np.float64))
-        square: Float64Array = (value - self.ao) ** 2
-        return {
-            f"{name} {k}": math.sqrt(float(square[rows, k].mean()))
-            for name, rows in self.sets.items()
-            for k in range(self.ao.shape[1])
-        }
-
-
-def _reference(world: World, settings: BakeSettings, points: int) -> _Truth:
-    rng = np.random.default_rng(settings.seed)
-    area = face_normals(world.positions, world.faces)[1] * world.face_samples
-    by_area = rng.choice(len(area), points, p=area / area.sum())
-    by_face = rng.choice(np.flatnonzero(area > 0), points // 2)
-    face = np.concatenate([by_area, by_face])
-    order = np.argsort(face, kind="stable")
-    face = face[order]
-    root, v = np.sqrt(rng.random(len(face))), rng.random(len(face))
-    starts = np.searchsorted(face, face)
-    samples = SampleSet(
-        face=face.astype(np.int32),
-        barycentric=np.column_stack([1.0 - root, v * root]).astype(np.float32),
-        area=np.ones(len(face), np.float32),
-        index=(np.arange(len(face)) - starts).astype(np.int32),
-        face_seed=place_samples(world, settings).face_seed,
-    )
-    tally = _trace(world, samples, settings)
-    valid = tally.valid(settings.back_face_threshold)
-    first_two = samples.barycentric.astype(np.float64)
-    weights = np.column_stack([first_two, 1.0 - first_two.sum(axis=1)])
-    mixed = (order < points // 2) | (order >= points)
-    return _Truth(
-        world.faces[face].astype(np.int64),
-        weights,
-        tally.ao.astype(np.float64),
-        {"mixed": np.flatnonzero(valid & mixed), "area": np.flatnonzero(valid & (order < points))},
-    )
-
-
 def _cast_from_vertices(world: World, settings: BakeSettings, budget: int) -> tuple[np.ndarray, int]:
     """AO at vertices from `budget` rays that start there, shape (n, k); and how many rays each vertex got."""
     sampled = np.flatnonzero(world.face_samples)
@@ -216,16 +153,8 @@ def _cast_from_vertices(world: World, settings: BakeSettings, budget: int) -> tu
         face_seed=place_samples(world, casting).face_seed,
     )
     ao = np.full((world.vertex_count, settings.distance_count), np.nan, np.float32)
-    ao[vertex] = _trace(world, samples, casting).ao
+    ao[vertex] = trace_samples(world, samples, casting).ao
     return ao, rays
-
-
-def _trace(world: World, samples: SampleSet, settings: BakeSettings) -> Tally:
-    tally = Tally.empty(len(samples), settings.distance_count)
-    with create_tracer(world, settings, resolve(settings.device)) as tracer:
-        for batch in samples.batches(tracer.batch_size):
-            tracer.accumulate(samples, batch, tally)
-    return tally
 
 
 def _labelled(errors: Mapping[str, float], distances: Sequence[float]) -> dict[str, float]:
