@@ -33,6 +33,9 @@ from viewer.fields import distance_label
 
 _MARGIN, _GAP = 12, 14
 _LEVELS = 24
+_GROUND = QColor("#e3e6ea")
+"""No colour of the map; what is lost and what is open both stand out from it."""
+_INK, _HALO = QColor("#202224"), QColor("#ffffff")
 _FADED = 0.12
 _REACH = 7.0
 """Pixels within which a dot is meant."""
@@ -208,7 +211,7 @@ class ExplainDome(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         middle, radius = self._middle, self._radius
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor("#20242a"))
+        painter.setBrush(_GROUND)
         painter.drawEllipse(middle, radius, radius)
         self._paint_dots(painter, dome)
         self._paint_marks(painter, dome)
@@ -216,7 +219,7 @@ class ExplainDome(QWidget):
         return picture
 
     def _paint_dots(self, painter: QPainter, dome: Dome) -> None:
-        size = min(max(1.25 * self._radius * math.sqrt(math.pi / max(len(dome), 1)), 1.8), 8.0)
+        size = min(max(1.25 * self._radius * math.sqrt(math.pi / max(len(dome), 1)), 1.8), 12.0)
         level = np.clip(dome.counts * _LEVELS, 0, _LEVELS - 1).astype(np.int64)
         own = belongs(dome, self._owner)
         points = self._to_pixel(dome.position.astype(np.float64))
@@ -236,8 +239,8 @@ class ExplainDome(QWidget):
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(palette.color(QPalette.ColorRole.Mid), 1.5))
         painter.drawEllipse(middle, radius + 1, radius + 1)
-        for color, width in (("#20242a", 3.0), ("#ffffff", 1.2)):
-            painter.setPen(QPen(QColor(color), width))
+        for color, width in ((_HALO, 3.4), (_INK, 1.4)):
+            painter.setPen(QPen(color, width))
             painter.drawLine(middle - QPointF(5, 0), middle + QPointF(5, 0))
             painter.drawLine(middle - QPointF(0, 5), middle + QPointF(0, 5))
         assert self._explanation is not None
@@ -245,10 +248,10 @@ class ExplainDome(QWidget):
         if len(level):
             line = QPolygonF(self._to_pixel(level))
             for color, width, style in (
-                ("#20242a", 2.6, Qt.PenStyle.SolidLine),
-                ("#ffffff", 1.2, Qt.PenStyle.DashLine),
+                (_HALO, 2.8, Qt.PenStyle.SolidLine),
+                (_INK, 1.2, Qt.PenStyle.DashLine),
             ):
-                painter.setPen(QPen(QColor(color), width, style))
+                painter.setPen(QPen(color, width, style))
                 painter.drawPolyline(line)
 
     def _paint_words(self, painter: QPainter, dome: Dome, explanation: Explanation) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from PyQt6.QtCore import QPointF
 
 from app.actions import Action, ActionSpec
@@ -18,6 +20,7 @@ class ViewsPart(Part):
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
         self.commands = UserCommands(bench.document, bench.area)
+        self._framed: Path | None = None  # whose camera is set already; read again, as after a remedy, it keeps it
 
     def actions(self) -> list[Action]:
         """Camera, look, quantity, comparisons, up axis."""
@@ -132,6 +135,7 @@ class ViewsPart(Part):
         bench, document, panels = self.bench, self.bench.document, self.bench.panels
         panels.probe.fly_requested.connect(lambda: self.commands.fly_to(bench.readouts.pinned))
         document.world_changed.connect(self._on_world)
+        document.geometry_changed.connect(lambda: bench.picker.set_world(document.world, document.face_visible()))
         self._give_menu(bench.area.main)
         document.visibility_changed.connect(lambda: bench.picker.set_world(document.world, document.face_visible()))
         document.display_changed.connect(self._on_display)
@@ -185,8 +189,11 @@ class ViewsPart(Part):
         self._on_display()  # the tick of the axis that was chosen again
 
     def _on_world(self) -> None:
-        self.bench.picker.set_world(self.bench.document.world, self.bench.document.face_visible())
-        self.reset_camera()
+        document = self.bench.document
+        self.bench.picker.set_world(document.world, document.face_visible())
+        if document.world is not None and self._framed != document.scene_path:
+            self._framed = document.scene_path
+            self.reset_camera()
 
     def _on_display(self) -> None:
         document = self.bench.document
