@@ -63,7 +63,9 @@ class _Search:
             return np.zeros(0, np.int64), np.zeros(0, np.int64)
         some = known[np.linspace(0, len(known) - 1, min(len(known), _CANDIDATES)).astype(np.int64)]
         tries = min(_TRIES // 2, len(some))
-        away = ((self.points[seekers, None] - self.points[None, some]) ** 2).sum(axis=2)
+        away = np.zeros((len(seekers), len(some)))
+        for axis in range(3):  # an array less than over all axes at once
+            away += (self.points[seekers, axis, None] - self.points[some, axis]) ** 2
         near = some[np.argpartition(away, tries - 1, axis=1)[:, :tries]]
         order = np.arange(len(seekers))[:, None] * 7919 + np.arange(_TRIES - tries) * 104729 + turn * 15485863
         partners = np.concatenate([near, known[order % len(known)]], axis=1)
