@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -29,7 +29,7 @@ _ROOT = Path(__file__).resolve().parents[2]
 _CHEAP: Mapping[str, Any] = {"quality": "preview", "region-directions": "64"}
 
 
-def measure_window(path: Path | None, options: Mapping[str, Any]) -> list[Measurements]:
+def measure_window(path: Path | None, options: Mapping[str, Any]) -> Iterator[Measurements]:
     """Three tables: starts, answers, and the longest slices of work in the window's thread.
 
     Args:
@@ -46,12 +46,10 @@ def measure_window(path: Path | None, options: Mapping[str, Any]) -> list[Measur
         loaded = load_result(result)
         about = _about(loaded, path)
         starts = [_start(result, folder) for _ in range(_STARTS + 1)][1:]  # the first one warms the disk's cache
+        yield Measurements("window start", start_rows(starts), [about, *_START_NOTES])
         answers, slices = _drive(result, folder)
-    return [
-        Measurements("window start", start_rows(starts), [about, *_START_NOTES]),
-        Measurements("window answers", answers, [about, *_ANSWER_NOTES]),
-        Measurements("window slices", slices, [about, *_SLICE_NOTES]),
-    ]
+        yield Measurements("window answers", answers, [about, *_ANSWER_NOTES])
+        yield Measurements("window slices", slices, [about, *_SLICE_NOTES])
 
 
 _START_NOTES = (
