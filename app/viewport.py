@@ -176,7 +176,7 @@ class Viewport(QWidget):
         if name not in self._points:
             self._points[name] = PointsActor(in_front=in_front)
             self.view.renderer.AddActor(self._points[name].actor)
-        self._points[name].set_size(size)
+        self._points[name].set_size(size * self.view.devicePixelRatioF())
         self._points[name].set_points(points.positions, points.colors)
         self.view.update()
 
@@ -197,7 +197,8 @@ class Viewport(QWidget):
                 self.view.update()
             return
         if name not in self._shapes:
-            self._shapes[name] = ShapesActor(opacity=opacity, width=width, lit=lit, in_front=in_front)
+            pixels = width * self.view.devicePixelRatioF()
+            self._shapes[name] = ShapesActor(opacity=opacity, width=pixels, lit=lit, in_front=in_front)
             self.view.renderer.AddActor(self._shapes[name].actor)
         self._shapes[name].set_shapes(*shapes)
         self.view.update()
