@@ -8,6 +8,9 @@ from bake.explain.cause_names import CauseKind
 from bake.explain.vertex_signs import VertexSigns
 from bake.types import BakeResult, Int64Array
 
+GOOD_PART = 0.2
+"""Share of an object's vertices or faces with a defect from which on its spots are put down to it."""
+
 
 def guess_causes(result: BakeResult, signs: VertexSigns, vertices: Int64Array) -> tuple[CauseKind, ...]:
     """The likeliest cause of each vertex by what can be seen without a ray.
@@ -19,10 +22,11 @@ def guess_causes(result: BakeResult, signs: VertexSigns, vertices: Int64Array) -
     """
     world = result.world
     owner = np.searchsorted(world.first_vertex, vertices, side="right") - 1
-    turned = _objects_with(result, "opposing-normals", "inconsistent-winding")
+    faces, points = np.diff(world.first_face), np.diff(world.first_vertex)
+    turned = _mostly(result, points, "opposing-normals") | _mostly(result, faces, "inconsistent-winding")
     shells = _objects_with(result, "encloses-scene")
     offsets = np.array([keys.offset or 0.0 for keys in world.object_keys])
-    opposed = _objects_with(result, "opposed-faces")
+    opposed = _mostly(result, faces, "opposed-faces")
     longest = float(np.ptp(world.positions, axis=0).max())
     small = longest < min(result.settings.column_distances)
     guesses: list[CauseKind] = []
@@ -55,3 +59,19 @@ def _objects_with(result: BakeResult, *what: str) -> set[int]:
     """Numbers of the objects with such a finding."""
     paths = {finding.object for finding in result.findings if finding.what in what}
     return {number for number, path in enumerate(result.world.object_paths) if path in paths}
+
+
+def _mostly(result: BakeResult, elements: Int64Array, *what: str) -> set[int]:
+    """Numbers of the objects of which such findings concern a good part: of large ones, a few say nothing of a spot.
+
+    Args:
+        result: A bake.
+        elements: Shape (o,): how many elements that findings count each object has.
+        what: Names of findings.
+    """
+    counts = dict[str, int]()
+    for finding in result.findings:
+        if finding.what in what:
+            counts[finding.object] = counts.get(finding.object, 0) + finding.count
+    pairs = enumerate(zip(result.world.object_paths, elements.tolist(), strict=True))
+    return {number for number, (path, all_of_them) in pairs if counts.get(path, 0) > GOOD_PART * all_of_them}

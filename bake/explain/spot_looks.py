@@ -25,6 +25,9 @@ OUT_OF_SIGHT = 0.25
 
 MAPPING = (CauseKind.STARVED, CauseKind.OVERSHOOT, CauseKind.BURIED)
 
+LOOKING = (CauseKind.CREVICE, CauseKind.AGAINST_FACE, CauseKind.SHELL)
+"""Causes under which a value is what rays from the spot see."""
+
 
 def refine_spots(spots: Spots, tracer: Tracer) -> Spots:
     """The same spots, ranked and guessed anew by what their vertices see.
@@ -88,8 +91,8 @@ def _guess(before: CauseKind, unseen: bool, gap: float) -> CauseKind:
         return CauseKind.BURIED
     if before in MAPPING and gap < 0.05:
         return CauseKind.CREVICE  # the value is right, so the mapping is not to blame
-    if before is CauseKind.CREVICE and gap > 0.15:
-        return CauseKind.STARVED
+    if before in LOOKING and gap > 0.15:
+        return CauseKind.STARVED  # rays from here see more than the value says, so it is not what they meet
     return before
 
 
