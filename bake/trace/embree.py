@@ -17,7 +17,7 @@ from bake.trace.embree_library import EmbreeScene
 from bake.trace.fused import TracerFused
 from bake.trace.primitives import Primitives, compact
 from bake.trace.veil import DeviceVeil
-from bake.types import BoolArray, World
+from bake.types import BoolArray, Int32Array, World
 
 
 class TracerEmbree(TracerFused):
@@ -70,16 +70,29 @@ class TracerEmbree(TracerFused):
             return self.points, self.world.faces[faces].astype(np.uint32)
         return compact(self.world, self.points, faces)
 
-    def _handles(self, gone: np.ndarray | None) -> np.ndarray:
-        second = 0 if self._second is None else self._second.address
+    def _handles(self, gone: np.ndarray | None, *, second: bool = True) -> np.ndarray:
+        """What the closest-hit function reads; the arrays that it leads to have to stay."""
+        added = self._second.address if self._second is not None and second else 0
         mask = 0 if gone is None else gone.ctypes.data
-        faces = self.cast_face.ctypes.data  # which the surface holds
-        return np.array([self._first.address, self._first.triangles, second, mask, faces], np.uint64)
+        faces = self.cast_face.ctypes.data
+        return np.array([self._first.address, self._first.triangles, added, mask, faces], np.uint64)
 
     @contextmanager
-    def _passing_over(self, primitives: BoolArray) -> Generator[tuple[int, int]]:
+    def part(self, faces: Int32Array) -> Generator[tuple[int, int]]:
+        """Closest hits in a few faces; see `TracerFused.part`."""
+        scene = EmbreeScene(*self._geometry(faces))
+        held = np.array([scene.address, len(faces), 0, 0, faces.ctypes.data], np.uint64)
+        try:
+            yield self.entry, held.ctypes.data
+        finally:
+            scene.close()
+
+    @contextmanager
+    def passing_over(self, primitives: BoolArray) -> Generator[tuple[int, int]]:
+        """Closest hits without some; see `TracerFused.passing_over`."""
         mask = primitives.view(np.uint8) if self._gone is None else primitives.view(np.uint8) | self._gone
-        held = self._handles(mask)
+        first = self._first.triangles
+        held = self._handles(mask if mask[:first].any() else None, second=not mask[first:].all())
         yield self.entry, held.ctypes.data
 
     def close(self) -> None:

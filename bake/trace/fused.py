@@ -23,7 +23,7 @@ from bake.trace.primitives import Primitives
 from bake.trace.recorder import Recorder
 from bake.trace.records import RayRecords
 from bake.trace.veil import DeviceVeil
-from bake.types import BoolArray, Float32Array, SampleSet, Tally, UInt32Array, World
+from bake.types import BoolArray, Float32Array, Int32Array, SampleSet, Tally, UInt32Array, World
 
 
 class TracerFused(Tracer):
@@ -31,6 +31,8 @@ class TracerFused(Tracer):
 
     Attributes:
         entry, scene: The two addresses.
+        warp: The initialised module `warp`.
+        surface, falloff: The kernels' arguments.
         primitives: The faces that a hit may name, in the order of the body's primitives.
         threads: Launches at a time: Warp runs CPU kernels on the calling thread, so the CPU bodies use several.
     """
@@ -49,7 +51,7 @@ class TracerFused(Tracer):
         veil: Callable[[Any], DeviceVeil] | None = None,
     ) -> None:
         super().__init__(world, settings)
-        self._warp = initialised_warp()
+        self.warp = initialised_warp()
         from bake.kernels import falloff, obscurance, sphere, surface
 
         self._kernels, self._sphere, self._falloff_module = obscurance, sphere, falloff
@@ -60,16 +62,16 @@ class TracerFused(Tracer):
         self.fog, self.primitives, self.cast_face = fog, primitives, primitives.faces
         self.points = as_traced(world.positions)
         try:
-            self._surface: Any = self._upload_surface()
+            self.surface: Any = self._upload_surface()
             self._veil: DeviceVeil | None = (
                 veil(self.positions)
                 if veil is not None
-                else DeviceVeil(self._warp, warp_device, world, settings, fog, self.positions)
+                else DeviceVeil(self.warp, warp_device, world, settings, fog, self.positions)
             )
         except RuntimeError as error:
             raise _device_failure(error, warp_device) from error
         self.fog_boxes, self.tree_triangles = self._veil.fog_boxes, self._veil.tree_triangles
-        self._falloff = self._make_falloff()
+        self.falloff = self._make_falloff()
         # Compiling takes seconds when the cache is cold, so it belongs to the preparation.
         self._compile(self._obscurance_kernel())
         self._work: Any = None
@@ -80,8 +82,8 @@ class TracerFused(Tracer):
         if self._work_of is not samples:
             self._work, self._work_of = self._upload_work(samples), samples
         assert self._veil is not None
-        inputs = [self.entry, self.scene, self._surface, self._veil.argument, self._work, self._falloff]
-        self._launch(self._obscurance_kernel(), batch, inputs)
+        inputs = [self.entry, self.scene, self.surface, self._veil.argument, self._work, self.falloff]
+        self.launch(self._obscurance_kernel(), batch, inputs)
         tally.ao[batch] = self._download(self._work.ao, batch)
         tally.hits[batch] = self._download(self._work.hits, batch)
         tally.back_faces[batch] = self._download(self._work.back_faces, batch)
@@ -89,27 +91,27 @@ class TracerFused(Tracer):
 
     def nearest(self, origins: Float32Array, directions: Float32Array, t_max: float) -> Hits:
         """Closest hits; see `Tracer.nearest`."""
-        wp, count = self._warp, len(origins)
-        distance, face = self._empty(count, wp.float32), self._empty(count, wp.int32)
-        cosine, weights = self._empty(count, wp.float32), self._empty(count, wp.vec2)
+        wp, count = self.warp, len(origins)
+        distance, face = self.empty(count, wp.float32), self.empty(count, wp.int32)
+        cosine, weights = self.empty(count, wp.float32), self.empty(count, wp.vec2)
         inputs = [
-            self.entry, self.scene, self._surface.cast_face, self._array(origins, wp.vec3),
-            self._array(directions, wp.vec3), t_max, distance, face, cosine, weights,
+            self.entry, self.scene, self.surface.cast_face, self.array(origins, wp.vec3),
+            self.array(directions, wp.vec3), t_max, distance, face, cosine, weights,
         ]  # fmt: skip
-        self._launch(self._kernels.nearest_kernel(self.name), slice(0, count), inputs)
+        self.launch(self._kernels.nearest_kernel(self.name), slice(0, count), inputs)
         return Hits(distance.numpy(), face.numpy(), cosine.numpy(), weights.numpy())
 
     def transmittance(self, origins: Float32Array, directions: Float32Array, distance: float) -> Float32Array:
         """What fog and trees let through; see `Tracer.transmittance`."""
         assert self._veil is not None
-        wp, count = self._warp, len(origins)
-        passes = self._empty(count, wp.float32)
+        wp, count = self.warp, len(origins)
+        passes = self.empty(count, wp.float32)
         inputs = [
-            self._surface, self._veil.argument, self._array(origins, wp.vec3), self._array(directions, wp.vec3),
+            self.surface, self._veil.argument, self.array(origins, wp.vec3), self.array(directions, wp.vec3),
             distance, passes,
         ]  # fmt: skip
         kernel = self._kernels.transmittance_kernel(self.fog_boxes > 0, self.tree_triangles > 0)
-        self._launch(kernel, slice(0, count), inputs)
+        self.launch(kernel, slice(0, count), inputs)
         return passes.numpy()
 
     def gather_sphere(
@@ -117,21 +119,21 @@ class TracerFused(Tracer):
     ) -> SphereTally:
         """Spherical harmonics of what is open around points; see `Tracer.gather_sphere`."""
         check_directions(directions)
-        wp, count, columns = self._warp, len(points), self.settings.distance_count
+        wp, count, columns = self.warp, len(points), self.settings.distance_count
         work = self._sphere.Points()
         try:
-            work.position = self._array(points.astype(np.float32, copy=False), wp.vec3)
-            work.seed = self._array(seeds.astype(np.uint32, copy=False), wp.uint32)
+            work.position = self.array(points.astype(np.float32, copy=False), wp.vec3)
+            work.seed = self.array(seeds.astype(np.uint32, copy=False), wp.uint32)
             work.directions = directions
-            work.sh = self._empty((count, 9, columns), wp.float32)
-            work.hits = self._empty(count, wp.uint16)
-            work.back_faces = self._empty(count, wp.uint16)
+            work.sh = self.empty((count, 9, columns), wp.float32)
+            work.hits = self.empty(count, wp.uint16)
+            work.back_faces = self.empty(count, wp.uint16)
         except RuntimeError as error:
             raise _device_failure(error, self._warp_device) from error
         assert self._veil is not None
         kernel = self._sphere.sphere_kernel(self.name, self.fog_boxes > 0, self.tree_triangles > 0 and trees, columns)
-        inputs = [self.entry, self.scene, self._surface, self._veil.argument, work, self._falloff]
-        self._launch(kernel, slice(0, count), inputs)
+        inputs = [self.entry, self.scene, self.surface, self._veil.argument, work, self.falloff]
+        self.launch(kernel, slice(0, count), inputs)
         return SphereTally(work.sh.numpy(), directions, work.hits.numpy(), work.back_faces.numpy())
 
     def record(self, samples: SampleSet) -> RayRecords:
@@ -148,9 +150,9 @@ class TracerFused(Tracer):
         work, veil = self._upload_work(samples), self._veil.without(self.world, wanted, fog)
         own = self.world.face_object[self.cast_face] == wanted
         kernel = self._kernels.obscurance_kernel(f"{self.name}-without", veil.fog_boxes > 0, veil.tree_triangles > 0)
-        with self._passing_over(own) as handles:
-            inputs = [*handles, self._surface, veil.argument, work, self._falloff]
-            self._launch(kernel, slice(0, len(samples)), inputs)
+        with self.passing_over(own) as handles:
+            inputs = [*handles, self.surface, veil.argument, work, self.falloff]
+            self.launch(kernel, slice(0, len(samples)), inputs)
         rays = np.full(len(samples), self.settings.rays, np.uint16)
         return Tally(work.ao.numpy(), rays, work.hits.numpy(), work.back_faces.numpy())
 
@@ -158,10 +160,20 @@ class TracerFused(Tracer):
         """Frees device memory and threads."""
         if self._pool is not None:
             self._pool.shutdown()
-        self._surface = self._veil = self._work = self._work_of = None
+        self.surface = self._veil = self._work = self._work_of = None
+
+    @property
+    def veil(self) -> Any:
+        """The kernels' `Veil`."""
+        assert self._veil is not None
+        return self._veil.argument
 
     @abstractmethod
-    def _passing_over(self, primitives: BoolArray) -> AbstractContextManager[tuple[int, int]]:
+    def part(self, faces: Int32Array) -> AbstractContextManager[tuple[int, int]]:
+        """The two addresses for a closest-hit function over a few faces alone, at least one, in their order."""
+
+    @abstractmethod
+    def passing_over(self, primitives: BoolArray) -> AbstractContextManager[tuple[int, int]]:
         """The two addresses for a closest-hit function that passes over some primitives, besides those that are gone.
 
         Args:
@@ -171,19 +183,19 @@ class TracerFused(Tracer):
     def _recorder(self) -> Recorder:
         assert self._veil is not None
         return Recorder(
-            self._warp, self._array, self._empty, self._launch, self.world, self.settings, self.name, self.entry,
-            self.scene, self._surface, self._veil,
+            self.warp, self.array, self.empty, self.launch, self.world, self.settings, self.name, self.entry,
+            self.scene, self.surface, self._veil,
         )  # fmt: skip
 
     def _obscurance_kernel(self) -> Any:
         return self._kernels.obscurance_kernel(self.name, self.fog_boxes > 0, self.tree_triangles > 0)
 
-    def _launch(self, kernel: Any, batch: slice, inputs: list[Any]) -> None:
+    def launch(self, kernel: Any, batch: slice, inputs: list[Any]) -> None:
         """Runs a kernel whose last argument is the first index, over `batch`."""
         count = batch.stop - batch.start
         if count <= 0:
             return
-        wp = self._warp
+        wp = self.warp
         self._compile(kernel)
 
         def part(begin: int, end: int) -> None:
@@ -208,59 +220,66 @@ class TracerFused(Tracer):
     def _compile(self, kernel: Any) -> None:
         # At its first launch a kernel is compiled; several threads at once would compile it several times.
         try:
-            self._warp.load_module(kernel.module, device=self._warp_device)
+            self.warp.load_module(kernel.module, device=self._warp_device)
         except (RuntimeError, OSError) as error:
             raise _device_failure(error, self._warp_device) from error
 
-    def _array(self, values: NDArray[Any], dtype: Any) -> Any:
-        # On the CPU this shares memory with NumPy.
-        return self._warp.array(np.ascontiguousarray(values), dtype=dtype, device=self._warp_device, copy=False)
+    def array(self, values: NDArray[Any], dtype: Any) -> Any:
+        """A NumPy array on the device; on the CPU both share their memory."""
+        return self.warp.array(np.ascontiguousarray(values), dtype=dtype, device=self._warp_device, copy=False)
 
-    def _empty(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
-        return self._warp.zeros(shape, dtype=dtype, device=self._warp_device)
+    def empty(self, shape: int | tuple[int, ...], dtype: Any) -> Any:
+        """Zeros on the device."""
+        return self.warp.zeros(shape, dtype=dtype, device=self._warp_device)
 
     def _download(self, values: Any, batch: slice) -> NDArray[Any]:
         return values[batch.start : batch.stop].numpy()
 
     def _upload_surface(self) -> Any:
-        wp, world, cast = self._warp, self.world, self.cast_face
+        wp, world, cast = self.warp, self.world, self.cast_face
         surface = self._surface_module.Surface()
-        self.positions = self._array(self.points, wp.vec3)
+        self.positions = self.array(self.points, wp.vec3)
         surface.positions = self.positions
-        surface.normals = self._array(world.normals, wp.vec3)
-        surface.faces = self._array(world.faces.ravel(), wp.int32)
-        surface.face_object = self._array(world.face_object, wp.int32)
+        surface.normals = self.array(world.normals, wp.vec3)
+        surface.faces = self.array(world.faces.ravel(), wp.int32)
+        surface.face_object = self.array(world.face_object, wp.int32)
         offsets = np.array([keys.offset or 0.0 for keys in world.object_keys], np.float32)
-        surface.object_offset = self._array(offsets, wp.float32)
-        surface.cast_face = self._array(cast, wp.int32)
-        surface.openness = self._array(world.face_openness[cast], wp.float32)
-        surface.two_sided = self._array(world.face_two_sided[cast].astype(np.uint8), wp.uint8)
+        surface.object_offset = self.array(offsets, wp.float32)
+        surface.cast_face = self.array(cast, wp.int32)
+        surface.openness = self.array(world.face_openness[cast], wp.float32)
+        surface.two_sided = self.array(world.face_two_sided[cast].astype(np.uint8), wp.uint8)
         texels, first, width, height = _packed(world.textures)
         uvs, texture = np.zeros((0, 2), np.float32), np.zeros(0, np.int32)
         if world.vertex_uv is not None and world.face_texture is not None:
             uvs, texture = world.vertex_uv, world.face_texture[cast]
-        surface.uvs = self._array(uvs, wp.vec2)
-        surface.texture = self._array(texture, wp.int32)
-        surface.texture_first = self._array(first, wp.int64)
-        surface.texture_width = self._array(width, wp.int32)
-        surface.texture_height = self._array(height, wp.int32)
-        surface.texels = self._array(texels, wp.float32)
+        surface.uvs = self.array(uvs, wp.vec2)
+        surface.texture = self.array(texture, wp.int32)
+        surface.texture_first = self.array(first, wp.int64)
+        surface.texture_width = self.array(width, wp.int32)
+        surface.texture_height = self.array(height, wp.int32)
+        surface.texels = self.array(texels, wp.float32)
         return surface
 
     def _upload_work(self, samples: SampleSet) -> Any:
-        wp, count = self._warp, len(samples)
-        work = self._kernels.Work()
+        wp, count = self.warp, len(samples)
         try:
-            work.face = self._array(samples.face, wp.int32)
-            work.barycentric = self._array(samples.barycentric, wp.vec2)
-            work.index = self._array(samples.index, wp.int32)
-            work.face_seed = self._array(samples.face_seed, wp.uint32)
-            work.rays = self.settings.rays
-            work.ao = self._empty((count, self.settings.distance_count), wp.float32)
-            work.hits = self._empty(count, wp.uint16)
-            work.back_faces = self._empty(count, wp.uint16)
+            work = self.sent_by(samples)
+            work.ao = self.empty((count, self.settings.distance_count), wp.float32)
+            work.hits = self.empty(count, wp.uint16)
+            work.back_faces = self.empty(count, wp.uint16)
         except RuntimeError as error:
             raise _device_failure(error, self._warp_device) from error
+        return work
+
+    def sent_by(self, samples: SampleSet) -> Any:
+        """The kernels' `Work` for some samples, without room for what they find."""
+        wp = self.warp
+        work: Any = self._kernels.Work()
+        work.face = self.array(samples.face, wp.int32)
+        work.barycentric = self.array(samples.barycentric, wp.vec2)
+        work.index = self.array(samples.index, wp.int32)
+        work.face_seed = self.array(samples.face_seed, wp.uint32)
+        work.rays = self.settings.rays
         return work
 
     def _make_falloff(self) -> Any:

@@ -13,7 +13,7 @@ from bake.devices import Device, worker_count
 from bake.settings import BakeSettings
 from bake.trace.fused import TracerFused
 from bake.trace.primitives import Primitives
-from bake.types import BoolArray, World
+from bake.types import BoolArray, Int32Array, World
 
 
 class TracerWarp(TracerFused):
@@ -27,10 +27,10 @@ class TracerWarp(TracerFused):
         self._given_device = device
         self.device = device.name if device.is_cuda else "cpu"
         self.batch_size = 1 << (18 if device.is_cuda else 11)
-        wp = self._warp
+        wp = self.warp
         # Warp corrupts its allocator on a mesh without triangles; where nothing casts it gets one that no ray can hit.
         blockers = world.faces[self.cast_face] if len(self.cast_face) else np.zeros((1, 3), np.int32)
-        indices = self._array(blockers.ravel(), wp.int32)
+        indices = self.array(blockers.ravel(), wp.int32)
         self._mesh = wp.Mesh(
             points=self.positions, indices=indices, bvh_constructor="sah" if not device.is_cuda else None
         )
@@ -41,8 +41,17 @@ class TracerWarp(TracerFused):
         return TracerWarp(world, self.settings, self._given_device, fog)
 
     @contextmanager
-    def _passing_over(self, primitives: BoolArray) -> Generator[tuple[int, int]]:
-        mask = self._array(primitives.view(np.uint8), self._warp.uint8)
+    def part(self, faces: Int32Array) -> Generator[tuple[int, int]]:
+        """Closest hits in a few faces; see `TracerFused.part`."""
+        indices = self.array(self.world.faces[faces].ravel(), self.warp.int32)
+        mesh = self.warp.Mesh(points=self.positions, indices=indices)
+        yield 0, int(np.uint64(mesh.id))
+        del mesh
+
+    @contextmanager
+    def passing_over(self, primitives: BoolArray) -> Generator[tuple[int, int]]:
+        """Closest hits without some; see `TracerFused.passing_over`."""
+        mask = self.array(primitives.view(np.uint8), self.warp.uint8)
         yield int(mask.ptr or 0), self.scene
 
     def close(self) -> None:
