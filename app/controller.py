@@ -168,6 +168,7 @@ class Controller(QObject):
         document = self._document
         document.scene_settings = document.side_file_settings = opened.settings
         document.open_scene(opened.path, opened.result_path, opened.files, opened.findings, opened.up_axis)
+        document.reader = opened.reader
         document.set_world(opened.world)
         self.scene_opened.emit(opened.path)
         logger.info(

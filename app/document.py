@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from viewer.display import Display, shown_field
 from viewer.fields import Quantity, SurfaceField
 from viewer.probe import Readout
 
+if TYPE_CHECKING:
+    from bake.scene.load import SceneReader
+
 
 class Document:
     """State of one window. Setters emit the event of what they changed, after the change.
@@ -32,6 +36,7 @@ class Document:
         scene_settings: What the form starts from when the scene is opened.
         side_file_settings: What the scene is baked with when nothing is said; None if its side file was not read.
         findings: Of the scene, or of its result once there is one.
+        reader: Has read the scene's file, if somebody has.
         world: Geometry in view.
         result: The bake in view.
         field: Vertex values in view: the result's own, or those of a changed threshold (then `is_preview`).
@@ -58,6 +63,7 @@ class Document:
         self.findings: tuple[Finding, ...] = ()
         self.scene_settings = BakeSettings()
         self.side_file_settings: BakeSettings | None = None
+        self.reader: SceneReader | None = None
         self.world: World | None = None
         self.result: BakeResult | None = None
         self.field: VertexField | None = None
@@ -89,13 +95,14 @@ class Document:
         self.selection_changed: Event[[]] = Event()
         self.pinned_changed: Event[[]] = Event()
         self.current_changed: Event[[]] = Event()
+        self.geometry_changed: Event[[]] = Event()
 
     def events(self) -> tuple[Event[[]], ...]:
         """All events."""
         return (
             self.opened, self.world_changed, self.result_changed, self.field_changed, self.threshold_changed,
             self.display_changed, self.decorators_changed, self.visibility_changed, self.selection_changed,
-            self.pinned_changed, self.current_changed,
+            self.pinned_changed, self.current_changed, self.geometry_changed,
         )  # fmt: skip
 
     @property
@@ -113,7 +120,7 @@ class Document:
     ) -> None:
         """Starts over with a scene; its geometry follows by `set_world`."""
         self.scene_path, self.result_path, self.files = path, result_path, files
-        self.findings, self.up_axis = findings, up_axis
+        self.findings, self.up_axis, self.reader = findings, up_axis, None
         self.world = self.result = self.field = self.other = self.pinned = self.values = self.current = None
         self._drawn = []
         self.selected, self.selection = -1, ()
@@ -121,10 +128,22 @@ class Document:
         self.opened.emit()
 
     def set_world(self, world: World) -> None:
-        """Shows geometry, without values."""
+        """Shows geometry, without values. What is selected and hidden stays so, as far as it is there by its path."""
+        before, visible = self.world, self.visible
+        chosen, last = self.selection, self.selected
         self.world = world
         self.visible = self.visible_at_first()
         self.selected, self.selection, self.pinned = -1, (), None
+        if before is not None and len(visible) == before.object_count:
+            kept = {path: index for index, path in enumerate(before.object_paths)}
+            for index, (path, role) in enumerate(zip(world.object_paths, world.object_roles, strict=True)):
+                if path in kept and before.object_roles[kept[path]] is role:
+                    self.visible[index] = visible[kept[path]]
+            place = {path: index for index, path in enumerate(world.object_paths)}
+            paths = [before.object_paths[index] for index in chosen]
+            self.selection = tuple(sorted(place[path] for path in paths if path in place))
+            wanted = place.get(before.object_paths[last], -1) if last >= 0 else -1
+            self.selected = wanted if wanted in self.selection else next(iter(self.selection), -1)
         self.result = self.field = self.other = self.values = None
         self._drawn = []
         self.world_changed.emit()
@@ -153,6 +172,25 @@ class Document:
         self.result_changed.emit()
         self.threshold_changed.emit()
         self.field_changed.emit()
+
+    def move_world(self, world: World) -> None:
+        """Shows the same objects in other places; values stay with their vertices."""
+        self.world = world
+        self.geometry_changed.emit()
+
+    def extend_world(self, world: World, result: BakeResult | None) -> None:
+        """Shows a world with further objects behind those it had, or fewer of these.
+
+        Args:
+            world: The geometry.
+            result: The result in view, with a place for the values of every vertex; None without one.
+        """
+        self.set_world(world)
+        if result is not None:
+            self.result, self.field, self.field_note = result, result.field, ""
+            self.values = DecoratedValues(result)
+            self.result_changed.emit()
+            self.field_changed.emit()
 
     def drop_result(self) -> None:
         """Shows the geometry without values, as before the first bake."""
@@ -288,9 +326,18 @@ class Document:
 
     def face_visible(self) -> BoolArray | None:
         """Faces of visible objects, shape (m,), bool; None if all are."""
-        if self.world is None or self.visible.all():
+        if self.world is None:
             return None
-        return self.visible[np.asarray(self.world.face_object)]
+        drawn = self.visible & ~self.absent()
+        return None if drawn.all() else drawn[np.asarray(self.world.face_object)]
+
+    def absent(self) -> BoolArray:
+        """Objects in view that the scene no longer has, or has for nothing, shape (o,), bool."""
+        world, current = self.world, self.current
+        if world is None or current is None or current.scene is None:
+            return np.zeros(len(self.visible), bool)
+        rows = zip(world.object_paths, world.object_roles, strict=True)
+        return np.array([path in current.gone or _left_out(current, path, role) for path, role in rows], bool)
 
     def object_bounds(self, index: int) -> tuple[Float64Array, Float64Array] | None:
         """Corners of an object's box, metres from the world's origin; None if it has no vertices."""
@@ -320,6 +367,10 @@ def default_result_folder(scene: Path, cache: Path) -> Path:
     """Where the window bakes a scene to, unless told otherwise: one folder a scene under the user's cache."""
     key = hashlib.sha256(str(scene.resolve()).encode()).hexdigest()[:12]
     return cache / "results" / f"{scene.stem}-{key}"
+
+
+def _left_out(current: SceneState, path: str, baked: Role) -> bool:
+    return baked is not Role.IGNORE and current.role_of(path, baked) is Role.IGNORE
 
 
 def _same_geometry(a: World, b: World) -> bool:

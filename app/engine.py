@@ -5,7 +5,6 @@ from __future__ import annotations
 import enum
 import logging
 import multiprocessing
-import signal
 import threading
 import time
 from collections.abc import Sequence
@@ -17,6 +16,7 @@ from typing import Any
 
 from PyQt6.QtCore import QObject, QTimer, pyqtSignal
 
+from app.engine_obituary import obituary
 from app.engine_protocol import (
     BakeDone,
     BakeJob,
@@ -25,6 +25,10 @@ from app.engine_protocol import (
     JobStopped,
     LogLine,
     Ready,
+    RebakeDone,
+    RebakeJob,
+    RebakeLayout,
+    RebakeValues,
     Report,
     SolveDone,
     SolveJob,
@@ -41,6 +45,8 @@ PATIENCE_MS = 2000
 """After this time the engine is terminated and started anew: the only way out of a hanging device."""
 QUICK_DEATHS = 3
 """Deaths within a minute after which the engine stays down until the user starts it again."""
+
+Ended = BakeDone | SolveDone | TaskDone | RebakeDone | JobFailed | JobStopped
 
 logger = logging.getLogger(__name__)
 
@@ -72,6 +78,8 @@ class Engine(QObject):
     solve_finished = pyqtSignal(object, object, float)  # SolveJob, VertexField, seconds
     task_finished = pyqtSignal(object, object)  # TaskJob, what it returned
     task_progressed = pyqtSignal(object, object)  # TaskJob, Progress
+    rebake_told = pyqtSignal(object, object)  # RebakeJob, Progress, RebakeLayout or RebakeValues
+    rebake_finished = pyqtSignal(object, object)  # RebakeJob, RebakeDone
     failed = pyqtSignal(object, object)  # Job, ObscuraError
     cancelled = pyqtSignal(object)  # Job
     crashed = pyqtSignal(str)  # what happened, for people
@@ -156,6 +164,19 @@ class Engine(QObject):
         self._submit(TaskJob(self._last_id, purpose, str(result), arguments))
         return self._last_id
 
+    def rebake(self, scene: Path, result: Path, settings: BakeSettings, **wanted: Any) -> int:
+        """Queues a rebake with further attributes of its job, instead of the one that runs; returns its number."""
+        self.cancel_rebake()
+        self._last_id += 1
+        self._submit(RebakeJob(self._last_id, str(scene), str(result), settings.to_json(), **wanted))
+        return self._last_id
+
+    def cancel_rebake(self) -> None:
+        """Stops the rebake that waits or runs, and no other job."""
+        self._drop_waiting("rebake")
+        if isinstance(self._active, RebakeJob) and not self._answered:
+            self._stop_active()
+
     def cancel_task(self, purpose: str) -> None:
         """Stops the task of that purpose, running or waiting, and no other job."""
         for job in self._drop_waiting(purpose):
@@ -171,6 +192,10 @@ class Engine(QObject):
         for job in dropped:
             self.cancelled.emit(job)
         self._stop_active()
+
+    @property
+    def _cancels(self) -> bool:
+        return self._answered or self._state is EngineState.CANCELLING
 
     def _stop_active(self) -> None:
         if self._active is None or self._state is EngineState.CANCELLING:
@@ -255,14 +280,20 @@ class Engine(QObject):
             job = self._active
             if job is None or reply.id != job.id or self._answered:
                 return
-            if isinstance(job, TaskJob):
+            if isinstance(job, RebakeJob):
+                self.rebake_told.emit(job, reply.progress)
+            elif isinstance(job, TaskJob):
                 self.task_progressed.emit(job, reply.progress)
             else:
                 self.progressed.emit(reply.progress, reply.memory_mb)
-        elif isinstance(reply, BakeDone | SolveDone | TaskDone | JobFailed | JobStopped):
+        elif isinstance(reply, RebakeLayout | RebakeValues):
+            job = self._active
+            if isinstance(job, RebakeJob) and reply.id == job.id and not self._cancels:
+                self.rebake_told.emit(job, reply)
+        elif isinstance(reply, Ended):
             self._on_end(reply)
 
-    def _on_end(self, reply: BakeDone | SolveDone | TaskDone | JobFailed | JobStopped) -> None:
+    def _on_end(self, reply: Ended) -> None:
         job = self._active
         if job is None or job.id != reply.id:
             return
@@ -274,6 +305,8 @@ class Engine(QObject):
             self.bake_finished.emit(reply)  # even if it was to be cancelled: the result is committed
         elif isinstance(reply, SolveDone) and isinstance(job, SolveJob) and not self._answered:
             self.solve_finished.emit(job, copied_field(self._memories[job.id], job, reply), reply.seconds)
+        elif isinstance(reply, RebakeDone):
+            self.rebake_finished.emit(job, reply)  # as for bakes
         elif isinstance(reply, TaskDone) and not self._answered:
             self.task_finished.emit(job, reply.value)
         elif isinstance(reply, JobFailed) and not self._answered:
@@ -317,7 +350,7 @@ class Engine(QObject):
         if not again:
             self._drop_jobs()
         self._set_state(EngineState.DOWN)
-        self.crashed.emit(_obituary(code, busy=job is not None, again=again))
+        self.crashed.emit(obituary(code, busy=job is not None, again=again))
         if again:
             self.start()
             self._send_next()
@@ -361,19 +394,3 @@ class Engine(QObject):
         for job in (*self._pending, *([self._active] if self._active else [])):
             self._release(job)
         self._pending, self._active = [], None
-
-
-def _obituary(code: int | None, *, busy: bool, again: bool) -> str:
-    if code is not None and code < 0:
-        try:
-            name = signal.Signals(-code).name
-        except ValueError:
-            name = f"signal {-code}"
-        how = f"The bake engine was ended by {name}"
-        if name == "SIGKILL":
-            how += ", which is what a system short of memory does"
-    else:
-        how = f"The bake engine ended unexpectedly (exit code {code})"
-    what = "; the bake is lost, stored results are untouched" if busy else "; nothing was lost"
-    then = ". A new one is starting." if again else ". It keeps failing and stays down until the next bake."
-    return how + what + then

@@ -2,17 +2,20 @@
 
 Plain frozen records, pickled by `multiprocessing` between two processes of this program. Nothing large is among them:
 results travel as the committed result folder, re-solved values in shared memory that the window owns; what a task
-returns is a few megabytes at most.
+returns, and what a rebake changes, is a few megabytes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bake.errors import ObscuraError
-from bake.types import Progress, SolveReport
+from bake.types import Float32Array, Int32Array, Int64Array, Progress, SolveReport
+
+if TYPE_CHECKING:
+    from bake.rebake.types import RebakeReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,11 +59,37 @@ class TaskJob:
 
 
 @dataclass(frozen=True, slots=True)
+class RebakeJob:
+    """Bring a stored result up to date with its scene; a later one replaces an earlier one that waits.
+
+    Attributes:
+        id: Number of the job.
+        scene: The scene's file.
+        result: The result's folder; it is replaced.
+        options: Settings by long option name that are wanted now.
+        objects: Paths of the objects whose values may change; None for all.
+        camera: Four rows that take a point, metres from the world's origin, to the picture's homogeneous
+            coordinates: what lies in the picture comes first. None for no preference.
+        bound: Most AO that may be skipped for a sample.
+        purpose: Always the same.
+    """
+
+    id: int
+    scene: str
+    result: str
+    options: Mapping[str, Any]
+    objects: tuple[str, ...] | None = None
+    camera: tuple[float, ...] | None = None
+    bound: float = 1.0 / 512.0
+    purpose: str = "rebake"
+
+
+@dataclass(frozen=True, slots=True)
 class Stop:
     """End the process."""
 
 
-Job = BakeJob | SolveJob | TaskJob
+Job = BakeJob | SolveJob | TaskJob | RebakeJob
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +137,36 @@ class TaskDone:
 
 
 @dataclass(frozen=True, slots=True)
+class RebakeLayout:
+    """How the vertices of the values that follow are numbered: those of each object, shape (o + 1,)."""
+
+    id: int
+    paths: tuple[str, ...]
+    first_vertex: Int64Array
+
+
+@dataclass(frozen=True, slots=True)
+class RebakeValues:
+    """Values of a rebake under way: vertices, shape (n,) int32, and their AO, shape (n, columns) float32."""
+
+    id: int
+    vertices: Int32Array
+    ao: Float32Array
+    rays_done: int
+    rays_total: int
+    final: bool
+
+
+@dataclass(frozen=True, slots=True)
+class RebakeDone:
+    """The result is committed; seconds until the values were final, and until they were stored."""
+
+    id: int
+    report: RebakeReport
+    seconds: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
 class JobFailed:
     """The job ended with an error; nothing stored was changed."""
 
@@ -131,4 +190,16 @@ class LogLine:
     text: str
 
 
-Reply = Ready | Report | BakeDone | SolveDone | TaskDone | JobFailed | JobStopped | LogLine
+Reply = (
+    Ready
+    | Report
+    | BakeDone
+    | SolveDone
+    | TaskDone
+    | RebakeLayout
+    | RebakeValues
+    | RebakeDone
+    | JobFailed
+    | JobStopped
+    | LogLine
+)

@@ -28,6 +28,8 @@ from app.engine_protocol import (
     JobStopped,
     LogLine,
     Ready,
+    RebakeDone,
+    RebakeJob,
     Report,
     SolveDone,
     SolveJob,
@@ -35,6 +37,7 @@ from app.engine_protocol import (
     TaskDone,
     TaskJob,
 )
+from app.rebake_worker import RebakeKeeper
 from bake.errors import Cancelled, ObscuraError
 from bake.settings import BakeSettings
 from bake.types import BakeResult, Progress, VertexField
@@ -84,19 +87,23 @@ def run_worker(connection: Connection, cancelled_id: Any, bake: Bake = bake_job)
     root = logging.getLogger()
     root.addHandler(_PipeHandler(connection))
     root.setLevel(logging.INFO)
+    keeper = RebakeKeeper()
     try:
         connection.send(Ready(os.getpid()))
         while not isinstance(job := connection.recv(), Stop):
-            _serve(connection, cancelled_id, bake, job)
+            _serve(connection, cancelled_id, bake, keeper, job)
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return  # the window is gone
 
 
-def _serve(connection: Connection, cancelled_id: Any, bake: Bake, job: Job) -> None:
+def _serve(connection: Connection, cancelled_id: Any, bake: Bake, keeper: RebakeKeeper, job: Job) -> None:
     try:
         if isinstance(job, BakeJob):
             outcome = _driven(connection, cancelled_id, job, bake(job))
             connection.send(BakeDone(job.id, job.result, outcome.unchanged, outcome.seconds))
+        elif isinstance(job, RebakeJob):
+            done = _driven(connection, cancelled_id, job, keeper.run(job))
+            connection.send(RebakeDone(job.id, done.report, done.seconds))
         elif isinstance(job, TaskJob):
             connection.send(_task(connection, cancelled_id, job))
         else:
@@ -115,7 +122,7 @@ def _serve(connection: Connection, cancelled_id: Any, bake: Bake, job: Job) -> N
         connection.send(JobFailed(job.id, ObscuraError(text, remedy="see the log; please report it")))
 
 
-def _driven(connection: Connection, cancelled_id: Any, job: Job, steps: Generator[Progress, None, Any]) -> Any:
+def _driven(connection: Connection, cancelled_id: Any, job: Job, steps: Generator[Any, None, Any]) -> Any:
     """Runs a job to its end, reporting on the way; returns what it returns.
 
     Raises:
@@ -130,6 +137,9 @@ def _driven(connection: Connection, cancelled_id: Any, job: Job, steps: Generato
                 progress = next(steps)
             except StopIteration as end:
                 return end.value
+            if not isinstance(progress, Progress):
+                connection.send(progress)
+                continue
             now = time.monotonic()
             if progress.stage != stage or now - last >= REPORT_SECONDS:
                 stage, last = progress.stage, now

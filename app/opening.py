@@ -6,6 +6,7 @@ import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from bake.errors import ObscuraError, StorageError
 from bake.settings import BakeSettings
 from bake.types import BakeResult, Finding, World
 from viewer.camera import guessed_up_axis
+
+if TYPE_CHECKING:
+    from bake.scene.load import SceneReader
 
 SAMPLE_LEVEL = Path(__file__).resolve().parents[1] / "assets" / "sample_level" / "level.glb"
 """What a user without a file sees."""
@@ -31,6 +35,7 @@ class OpenedScene:
         findings: What validation found.
         up_axis: 1 or 2; guessed where the file does not say.
         world: Its geometry.
+        reader: Reads it again quickly.
     """
 
     path: Path
@@ -40,6 +45,7 @@ class OpenedScene:
     findings: tuple[Finding, ...]
     up_axis: int
     world: World
+    reader: SceneReader
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,10 +69,12 @@ def read_scene(path: Path, cache: Path, *, up_axis: int = 0) -> OpenedScene:
         InputError: the file, its side file or its options cannot be used.
     """
     from bake.pipeline import settings_for
-    from bake.scene import flatten, load_scene
+    from bake.scene import flatten
+    from bake.scene.load import SceneReader
 
     settings = settings_for(path, {})
-    scene = load_scene(path, crease_angle=settings.crease_angle)
+    reader = SceneReader(path)
+    scene = reader.read(crease_angle=settings.crease_angle)
     world = flatten(scene, settings)
     return OpenedScene(
         path=path.resolve(),
@@ -76,6 +84,7 @@ def read_scene(path: Path, cache: Path, *, up_axis: int = 0) -> OpenedScene:
         findings=tuple(scene.findings),
         up_axis=scene.up_axis if scene.up_axis in (1, 2) else up_axis or up_axis_of(world),
         world=world,
+        reader=reader,
     )
 
 

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from app.scene_preview import preview_world
 from bake.settings import BakeSettings
-from bake.types import BakeResult, ObjectKeys, Role
+from bake.types import BakeResult, ObjectKeys, Role, Scene, SceneObject, World
+
+if TYPE_CHECKING:
+    from bake.scene.content_hash import ContentHasher
+    from bake.scene.load import SceneReader
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class SceneState:
     """The objects of a scene as its files describe them now.
 
@@ -22,6 +29,8 @@ class SceneState:
         gone: Paths of the result in view that the scene no longer has.
         new: Paths that the result in view does not have.
         complaint: Why the files could not be read; then the rest is empty.
+        scene: As read; None if it could not be.
+        world: The geometry in view with every object where it is now; None as well.
     """
 
     files: Mapping[str, str]
@@ -31,11 +40,21 @@ class SceneState:
     gone: frozenset[str] = frozenset()
     new: frozenset[str] = frozenset()
     complaint: str = ""
+    scene: Scene | None = None
+    world: World | None = None
 
     @property
     def is_fresh(self) -> bool:
         """Whether a bake would find what the last one found."""
         return not (self.stale or self.gone or self.new or self.complaint)
+
+    def item(self, path: str) -> SceneObject | None:
+        """An object as the scene has it now; None if it has not."""
+        return self._items.get(path)
+
+    @cached_property
+    def _items(self) -> dict[str, SceneObject]:
+        return {} if self.scene is None else {item.path: item for item in self.scene.objects}
 
     def role_of(self, path: str, known: Role) -> Role:
         """The role that an object has now; `known` if the scene does not have it."""
@@ -49,39 +68,58 @@ class SceneState:
         return ", ".join(f"{len(paths):,} {word}" for paths, word in parts if paths)
 
 
-def read_scene_state(path: Path, result: BakeResult | None) -> SceneState:
-    """Reads what a scene's files say now. Takes as long as loading the scene, unless no file has changed.
+class SceneStates:
+    """Reads one scene's state again and again; what did not change is not read anew.
 
     Args:
         path: The scene's file.
-        result: What to hold it against; None for nothing.
-
-    Raises:
-        InputError: the scene or its side file cannot be used.
+        reader: Of that file, if somebody has read it already.
     """
-    from bake.pipeline import settings_for
-    from bake.scene import hash_files, load_scene
-    from bake.scene.content_hash import ContentHasher
 
-    settings = settings_for(path, {})
-    if result is not None and hash_files(path, result.files) == dict(result.files):
-        world = result.world
-        rows = zip(world.object_paths, world.object_roles, world.object_keys, world.object_hash, strict=True)
-        return SceneState(result.files, settings, {path: (role, keys, digest) for path, role, keys, digest in rows})
-    baked_with = settings if result is None else result.settings
-    scene = load_scene(path, crease_angle=baked_with.crease_angle)
-    hasher = ContentHasher(scene)
-    objects = {item.path: (item.role, item.keys, hasher.object_hash(item)) for item in scene.objects}
-    if result is None:
-        return SceneState(scene.files, settings, objects)
-    baked = dict(zip(result.world.object_paths, result.world.object_hash, strict=True))
-    if result.settings.ground is not None:
-        baked.popitem()  # the bake's own ground plane, which no file has
-    return SceneState(
-        files=scene.files,
-        settings=settings,
-        objects=objects,
-        stale=frozenset(name for name, digest in baked.items() if name in objects and objects[name][2] != digest),
-        gone=frozenset(baked.keys() - objects.keys()),
-        new=frozenset(objects.keys() - baked.keys()),
-    )
+    def __init__(self, path: Path, reader: SceneReader | None = None) -> None:
+        from bake.scene.load import SceneReader
+
+        self.path = path
+        self._reader = reader or SceneReader(path)
+        self._hasher: ContentHasher | None = None
+
+    def read(self, result: BakeResult | None, view: World | None, *, whole: bool = False) -> SceneState:
+        """Reads what the scene's files say now.
+
+        Args:
+            result: What to hold it against; None for nothing.
+            view: Geometry to be shown as it is now: the result's, or that of the scene when it was opened.
+            whole: The scene itself is wanted too; otherwise it is not read if no file has changed since the bake.
+
+        Raises:
+            InputError: the scene or its side file cannot be used.
+        """
+        from bake.pipeline import settings_for
+        from bake.scene import hash_files
+        from bake.scene.content_hash import ContentHasher
+
+        settings = settings_for(self.path, {})
+        if not whole and result is not None and hash_files(self.path, result.files) == dict(result.files):
+            baked = result.world
+            rows = zip(baked.object_paths, baked.object_roles, baked.object_keys, baked.object_hash, strict=True)
+            known = {path: (role, keys, digest) for path, role, keys, digest in rows}
+            return SceneState(result.files, settings, known, world=view)
+        baked_with = settings if result is None else result.settings
+        scene = self._reader.read(crease_angle=baked_with.crease_angle)
+        self._hasher = hasher = ContentHasher(scene, self._hasher)
+        objects = {item.path: (item.role, item.keys, hasher.object_hash(item)) for item in scene.objects}
+        state = SceneState(scene.files, settings, objects, scene=scene)
+        if view is not None:
+            hashes = {path: digest for path, (_, _, digest) in objects.items()}
+            state = replace(state, world=preview_world(view, scene, hashes))
+        if result is None:
+            return state
+        baked = dict(zip(result.world.object_paths, result.world.object_hash, strict=True))
+        if result.settings.ground is not None:
+            baked.popitem()  # the bake's own ground plane, which no file has
+        return replace(
+            state,
+            stale=frozenset(name for name, digest in baked.items() if name in objects and objects[name][2] != digest),
+            gone=frozenset(baked.keys() - objects.keys()),
+            new=frozenset(objects.keys() - baked.keys()),
+        )

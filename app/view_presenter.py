@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from app.decorator_presenter import DecoratorPresenter
 from app.document import Document
 from app.viewport import Viewport
@@ -40,6 +42,7 @@ class ViewPresenter:
         self._viewports = list(viewports)
         self._overlays = Overlays()
         self.decorators = DecoratorPresenter(document, self._viewports)
+        self._absent = document.absent()
         self._coloring = (document.decorators.trees, document.tree_shading, document.decorators.scalars)
         self.caption_of: Callable[[int], str] | None = None
         """Says what each viewport shows, for those who compare other things than mappings."""
@@ -51,6 +54,8 @@ class ViewPresenter:
         document.decorators_changed.connect(self._on_decorators)
         document.threshold_changed.connect(self._draw_overlays)
         document.visibility_changed.connect(self._on_visibility)
+        document.current_changed.connect(self._on_current)
+        document.geometry_changed.connect(self._on_geometry)
         document.selection_changed.connect(self._on_selection)
 
     def set_overlays(self, overlays: Overlays) -> None:
@@ -83,9 +88,12 @@ class ViewPresenter:
         self.decorators.close()
         document.threshold_changed.disconnect(self._draw_overlays)
         document.visibility_changed.disconnect(self._on_visibility)
+        document.current_changed.disconnect(self._on_current)
+        document.geometry_changed.disconnect(self._on_geometry)
         document.selection_changed.disconnect(self._on_selection)
 
     def _on_world(self) -> None:
+        self._absent = self._document.absent()
         visible = self._document.face_visible()
         for viewport in self._viewports:
             viewport.set_world(self._document.world)
@@ -112,6 +120,19 @@ class ViewPresenter:
         visible = self._document.face_visible()
         for viewport in self._viewports:
             viewport.set_visible_faces(visible)
+
+    def _on_current(self) -> None:
+        absent = self._document.absent()
+        if not np.array_equal(absent, self._absent):
+            self._absent = absent
+            self._on_visibility()
+
+    def _on_geometry(self) -> None:
+        if self._document.world is not None:
+            for viewport in self._viewports:
+                viewport.move_vertices(0, np.asarray(self._document.world.positions))
+        self._draw_overlays()
+        self._on_selection()
 
     def _on_selection(self) -> None:
         boxes = self._document.object_boxes(self._document.selection)

@@ -8,7 +8,7 @@ interpolation, per pixel.
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
@@ -110,6 +110,13 @@ class SurfaceActor:
     def face_count(self) -> int:
         """Number of faces, hidden ones included."""
         return len(self._faces)
+
+    def move_vertices(self, first: int, positions: Float64Array | Float32Array) -> None:
+        """Puts vertices from the `first` on elsewhere; shape (n, 3). Its twins follow."""
+        points = self._data.GetPoints()
+        vtk_to_numpy(points.GetData())[first : first + len(positions)] = positions
+        points.Modified()
+        self._data.Modified()
 
     def set_colors(self, colors: UInt8Array) -> None:
         """Draws vertex colours as they are; shape (n, 3), uint8."""

@@ -18,6 +18,7 @@ from app.parts.history import HistoryPart
 from app.parts.inspections import InspectionsPart
 from app.parts.layouts import LayoutsPart
 from app.parts.panels import PanelsPart
+from app.parts.placing import PlacingPart
 from app.parts.results_history import ResultsHistoryPart
 from app.parts.review import ReviewPart
 from app.parts.runtime import RuntimePart
@@ -41,6 +42,7 @@ PARTS: tuple[type[Part], ...] = (
     SelectionsPart,
     SceneEditsPart,
     SceneWatchPart,
+    PlacingPart,
     ResultsHistoryPart,
     ViewsPart,
     DecoratorsPart,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from app.actions import Action, ActionSpec
@@ -89,12 +89,21 @@ class SceneEditsPart(Part):
         value = None if role is None else role.value
         self.set_keys({path: {"role": value} for path in paths}, f"role of {what}: {value or 'as the scene says'}")
 
-    def set_keys(self, objects: Mapping[str, Mapping[str, Any]], text: str) -> None:
+    def set_keys(
+        self,
+        objects: Mapping[str, Mapping[str, Any]],
+        text: str,
+        *,
+        copies: Sequence[Mapping[str, Any]] = (),
+        without: Collection[str] = (),
+    ) -> None:
         """Writes keys of objects.
 
         Args:
             objects: Values by path or pattern and key; None takes a key away.
             text: What the step is called.
+            copies: Copies to make: `of`, `name` and keys.
+            without: Paths of copies to take away.
         """
         scene = self.bench.document.scene_path
         if scene is None:
@@ -103,7 +112,7 @@ class SceneEditsPart(Part):
         def plan() -> SideFileEdit:
             from bake.scene.side_file_writer import plan_edit
 
-            return plan_edit(scene, objects)
+            return plan_edit(scene, objects, copies=copies, without=without)
 
         self._queue(plan, text)
 

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 from PyQt6.QtCore import QFileSystemWatcher, QTimer
 
-from app.scene_state import SceneState, read_scene_state
+from app.scene_preview import padded_result
+from app.scene_state import SceneState, SceneStates
 from app.window_parts import Part, Workbench
 from bake.errors import ObscuraError
-from bake.types import BakeResult
+from bake.types import BakeResult, World
 
 if TYPE_CHECKING:
     from bake.scene.side_file_writer import SideFileEdit
@@ -34,13 +35,18 @@ class SceneWatchPart(Part):
         self._settle.setInterval(SETTLE_MS)
         self._foreign = False
         self._own: dict[str, str] = {}
+        self._states: SceneStates | None = None
+        self._result: BakeResult | None = None  # as stored; that in view may have a place for new objects
+        self._view: World | None = None  # its geometry, or that of the scene as it was opened
+        self._extending = False
+        self._whole = False
 
     def connect(self) -> None:
         """Follows document and files."""
         self._watcher.fileChanged.connect(self._on_file)
         self._watcher.directoryChanged.connect(self._on_file)
         self._settle.timeout.connect(self._read)
-        self.bench.document.opened.connect(self._watch)
+        self.bench.document.opened.connect(self._on_opened)
         self.bench.document.result_changed.connect(self._on_result)
 
     def close(self) -> None:
@@ -50,6 +56,19 @@ class SceneWatchPart(Part):
         if watched:
             self._watcher.removePaths(watched)
 
+    @property
+    def result(self) -> BakeResult | None:
+        """The result in view as it is stored."""
+        return self._result
+
+    def want_scene(self) -> None:
+        """From now on the state has the scene itself, also while nothing has changed."""
+        if not self._whole:
+            self._whole = True
+            current = self.bench.document.current
+            if current is None or current.scene is None:
+                self._read()
+
     def look(self) -> None:
         """Reads the scene's files again."""
         self._read()
@@ -58,6 +77,10 @@ class SceneWatchPart(Part):
         """Remembers what the window itself has written, so that nobody needs to be told, and looks at it."""
         self._own[edit.path.name] = "" if edit.after is None else hashlib.sha256(edit.after).hexdigest()
         self._read()
+
+    def _on_opened(self) -> None:
+        self._states = self._result = self._view = None
+        self._watch()
 
     def _watch(self) -> None:
         watched = {*self._watcher.files(), *self._watcher.directories()}
@@ -79,23 +102,34 @@ class SceneWatchPart(Part):
         self._settle.start()
 
     def _on_result(self) -> None:
-        if self.bench.document.result is not None:
+        document = self.bench.document
+        if self._extending:
+            return
+        if document.result is None:
+            self._result = None
+            self._view = document.world
+        else:
+            self._result, self._view = document.result, document.result.world
             self._settle.start(0)
 
     def _read(self) -> None:
         document = self.bench.document
-        scene, result = document.scene_path, document.result
-        if scene is not None and document.world is not None:
-            self.bench.jobs.run(
-                "read scene state",
-                lambda: _state_of(scene, result),
-                lambda state: self._on_state(state, scene, result),
-                lambda error: logger.debug("%s", error),
-            )
+        scene, result, view = document.scene_path, self._result, self._view
+        if scene is None or document.world is None:
+            return
+        if self._states is None or self._states.path != scene:
+            self._states = SceneStates(scene, document.reader)
+        states, whole = self._states, self._whole
+        self.bench.jobs.run(
+            "read scene state",
+            lambda: _state_of(states, result, view, whole),
+            lambda state: self._on_state(state, scene, result),
+            lambda error: logger.debug("%s", error),
+        )
 
     def _on_state(self, state: SceneState, scene: Path, result: BakeResult | None) -> None:
         document = self.bench.document
-        if document.scene_path != scene or document.result is not result:
+        if document.scene_path != scene or self._result is not result:
             return
         known, foreign = document.current, self._foreign
         before = document.files if known is None else known.files
@@ -105,12 +139,26 @@ class SceneWatchPart(Part):
         if not state.complaint:
             document.side_file_settings = state.settings
         self._watch()
-        if known is not None and known.files == state.files and known.summary() == state.summary():
-            return
-        document.set_current(state)
-        self.bench.panels.bake.refresh()
-        if foreign and (theirs or state.complaint):
+        same = known is not None and known.files == state.files and known.summary() == state.summary()
+        if known is None or not same or (known.scene is None) != (state.scene is None):
+            document.set_current(state)
+            self.bench.panels.bake.refresh()
+        self._show(state.world)
+        if not same and foreign and (theirs or state.complaint):
             self._tell(state, scene)
+
+    def _show(self, world: World | None) -> None:
+        """Puts every object in view where it is now."""
+        document = self.bench.document
+        shown = document.world
+        if world is None or shown is None or world is shown:
+            return
+        if world.object_paths != shown.object_paths or world.positions.shape != shown.positions.shape:
+            self._extending = True
+            document.extend_world(world, None if self._result is None else padded_result(self._result, world))
+            self._extending = False
+        elif world.object_hash != shown.object_hash:
+            document.move_world(world)
 
     def _tell(self, state: SceneState, scene: Path) -> None:
         bench = self.bench
@@ -124,11 +172,10 @@ class SceneWatchPart(Part):
             bench.banner.show_message(logging.WARNING, text, {"Bake again": bench.panels.bake.request_bake})
 
 
-def _state_of(scene: Path, result: BakeResult | None) -> SceneState:
+def _state_of(states: SceneStates, result: BakeResult | None, view: World | None, whole: bool) -> SceneState:
     try:
-        return read_scene_state(scene, result)
+        return states.read(result, view, whole=whole)
     except ObscuraError as error:
-        settings = None if result is None else result.settings
         from bake.settings import BakeSettings
 
-        return SceneState({}, settings or BakeSettings(), {}, complaint=str(error))
+        return SceneState({}, BakeSettings() if result is None else result.settings, {}, complaint=str(error))

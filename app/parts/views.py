@@ -135,6 +135,7 @@ class ViewsPart(Part):
         bench, document, panels = self.bench, self.bench.document, self.bench.panels
         panels.probe.fly_requested.connect(lambda: self.commands.fly_to(bench.readouts.pinned))
         document.world_changed.connect(self._on_world)
+        document.geometry_changed.connect(lambda: bench.picker.set_world(document.world, document.face_visible()))
         self._give_menu(bench.area.main)
         document.visibility_changed.connect(lambda: bench.picker.set_world(document.world, document.face_visible()))
         document.display_changed.connect(self._on_display)

@@ -16,12 +16,18 @@ class ContentHasher:
     """Hashes the objects of one scene; what instances share is hashed once.
 
     Names and numbering do not enter: an object that is renamed or moves within the file keeps its hash.
+
+    Args:
+        scene: Whose objects.
+        earlier: Of a scene with the same meshes and materials, whose hashes are taken over; of any other, nothing is.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, earlier: ContentHasher | None = None) -> None:
         self._scene = scene
         self._meshes: dict[int, bytes] = {}
         self._materials: dict[int, bytes] = {}
+        if earlier is not None and _same(earlier._scene, scene):
+            self._meshes, self._materials = earlier._meshes, earlier._materials
 
     def object_hash(self, item: SceneObject) -> str:
         """Hex hash of an object's geometry, transform, role, keys and materials."""
@@ -46,6 +52,13 @@ class ContentHasher:
         if index not in self._materials:
             self._materials[index] = _material_digest(self._scene.materials[index])
         return self._materials[index]
+
+
+def _same(a: Scene, b: Scene) -> bool:
+    return all(
+        len(ours) == len(theirs) and all(one is other for one, other in zip(ours, theirs, strict=True))
+        for ours, theirs in ((a.meshes, b.meshes), (a.materials, b.materials))
+    )
 
 
 def _digest(*parts: bytes) -> bytes:

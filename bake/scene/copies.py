@@ -15,7 +15,7 @@ def with_copies(placements: Sequence[Placement], copies: Sequence[CopyRule], whe
     """The placements of a file, and behind them the copies that its side file asks for, in its order.
 
     A copy begins where the file has the original, whatever the side file says of that, and with what the file itself
-    declares of it; the copy's own keys overrule this. It may be a copy of an earlier copy.
+    declares of it; its own keys overrule all that `[[object]]` rules say. It may be a copy of an earlier copy.
 
     Raises:
         SceneError: the original does not exist, or the copy's path is taken.
@@ -30,9 +30,8 @@ def with_copies(placements: Sequence[Placement], copies: Sequence[CopyRule], whe
             raise SceneError(f"it is a copy of {copy.of!r}, which does not exist", where=here, remedy=remedy)
         if copy.path in known:
             raise SceneError("the scene has an object of that path already", where=here, remedy="give it another name")
-        declared = {**original.declared, **copy.keys}
         made = replace(
-            original, path=copy.path, name_path=copy.path, node=-1, node_instance=-1, declared=declared, copy_of=copy.of
+            original, path=copy.path, name_path=copy.path, node=-1, node_instance=-1, own=copy.keys, copy_of=copy.of
         )
         known[copy.path] = made
         result.append(made)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -61,7 +62,7 @@ class SceneReader:
     """Reads one scene again and again. What lies in the scene's own files is parsed anew only if one of them changed.
 
     So a scene of which only the side file changed is there at once, and its meshes and materials are the very objects
-    of the scene read before.
+    of the scene read before. Several threads may use it.
 
     Args:
         path: As for `load_scene`.
@@ -71,6 +72,7 @@ class SceneReader:
         self.path = Path(path)
         self._parsed: tuple[ParsedFile, dict[str, str], dict[str, _Stamp], float] | None = None
         self._checks = MeshChecks()
+        self._lock = threading.Lock()
 
     def read(self, *, crease_angle: float = 40.0) -> Scene:
         """The scene as its files are now; see `load_scene`.
@@ -81,7 +83,7 @@ class SceneReader:
         parser = _parser(self.path)
         ledger = FileLedger(self.path)
         try:
-            with np.errstate(all="ignore"):
+            with np.errstate(all="ignore"), self._lock:
                 return self._finished(self._parse(parser, ledger, crease_angle), ledger)
         except MemoryError:
             where = str(self.path)

@@ -22,6 +22,7 @@ class Placement:
         node, node_instance: As in `SceneObject`.
         declared: What the file itself says about the object, unchecked: role and keys.
         copy_of: As in `SceneObject`.
+        own: What the side file says of a copy where it makes it, checked.
     """
 
     path: str
@@ -32,6 +33,7 @@ class Placement:
     node_instance: int = -1
     declared: Mapping[str, Any] = field(default_factory=dict[str, Any])
     copy_of: str = ""
+    own: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,8 @@ def assign_roles(
 ) -> tuple[list[SceneObject], list[Finding]]:
     """Objects in scene order, with roles and keys.
 
-    Key by key, a later `[[object]]` wins over an earlier one, and every one over the file's own extras. A pattern is
+    Key by key, a later `[[object]]` wins over an earlier one, every one over the file's own extras, and what a
+    `[[copy]]` says itself over all of them. A pattern is
     a glob in which `*` also crosses `/`; it may match an object's path with its `#1` or without.
 
     Args:
@@ -51,6 +52,8 @@ def assign_roles(
         if not matched:
             detail = f"The pattern {rule.match} of the side file matches no object."
             findings.append(Finding(side_file.name, "pattern-without-match", 1, detail))
+    for placement, said in zip(placements, keys, strict=True):
+        said.update(placement.own)
     placer = Placer(meshes)
     objects = [_scene_object(placement, said, placer) for placement, said in zip(placements, keys, strict=True)]
     _check_levels(objects, placements, file)

@@ -62,8 +62,8 @@ def edit_side_file(
 ) -> SideFileEdit:
     """Sets keys of objects and bake options in a scene's side file, which is made if there is none.
 
-    An object's keys go to the last `[[object]]` of the same match; where a later pattern would overrule it, to a new
-    one behind the last.
+    An object's keys go to the `[[copy]]` that makes it, or to the last `[[object]]` of the same match; where a later
+    pattern would overrule it, to a new one behind the last.
 
     Args:
         scene: The scene file.
@@ -240,6 +240,11 @@ class _Draft:
     def set_object(self, match: str, keys: dict[str, Any]) -> None:
         """Sets keys of the objects of one path or pattern."""
         given = {name: value for name, value in keys.items() if value is not None}
+        copy = self._copy_number(match)
+        if copy >= 0:
+            self._copies[copy] = {name: value for name, value in self._copies[copy].items() if name not in keys} | given
+            self._edits += key_edits(self._text, self._blocks["copy"][copy], keys, self._newline)
+            return
         number = self._target(match, keys)
         if number < 0:
             if given:
@@ -269,19 +274,25 @@ class _Draft:
         Raises:
             SceneError: there is none.
         """
-        folder, _, name = path.rpartition("/")
-        made = [(str(table.get("of")).rpartition("/")[0], table.get("name")) for table in self._copies]
-        if (folder, name) not in made:
+        number = self._copy_number(path)
+        if number < 0:
             raise SceneError("no [[copy]] makes it", where=f"{self._where}: {path}", remedy="give it the role ignore")
-        if len(self._blocks["copy"]) != len(self._copies) - len(self._new_copies):
-            raise self._unreadable()
-        number = made.index((folder, name))
         self._removed.add(number)
         self._cut(self._blocks["copy"][number])
         for number, table in enumerate(self._objects):
             if table.get("match") == path and number < self._written_objects:
                 self._objects[number] = {"match": path}
                 self._cut(self._blocks["object"][number])
+
+    def _copy_number(self, path: str) -> int:
+        """Which `[[copy]]` makes the object of a path; -1 if none does."""
+        folder, _, name = path.rpartition("/")
+        made = [(str(table.get("of")).rpartition("/")[0], table.get("name")) for table in self._copies]
+        if (folder, name) not in made:
+            return -1
+        if len(self._blocks["copy"]) != len(self._copies) - len(self._new_copies):
+            raise self._unreadable()
+        return made.index((folder, name))
 
     def _cut(self, block: Sequence[Statement]) -> None:
         end = block[-1].end

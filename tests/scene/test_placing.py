@@ -110,6 +110,19 @@ def test_a_copy_of_a_copy_and_rules_for_it(level: Path) -> None:
     np.testing.assert_array_equal(scene.objects[3].transform, scene.objects[1].transform)
 
 
+def test_edits_of_a_copy_go_where_it_is_made(level: Path) -> None:
+    """Its own keys win over rules, and are the ones that an edit changes."""
+    edit_side_file(level, {"Props/*": {"role": "tree"}}, copies=[{"of": "Props/sign", "name": "b", "role": "static"}])
+    assert load_scene(level).objects[2].role is Role.STATIC
+    edit = set_object_keys(level, "Props/b", {"role": "small", "translate": [0.0, 1.0, 0.0]})
+    assert edit.after is not None
+    assert edit.after.count(b"[[object]]") == 1
+    copy = load_scene(level).objects[2]
+    assert copy.role is Role.SMALL
+    assert copy.placing is not None
+    assert copy.placing.translate == (0.0, 1.0, 0.0)
+
+
 def test_a_copy_is_taken_away_with_what_is_said_of_it(level: Path) -> None:
     """Its table goes, and the rules of exactly its path; what was there before stays to the byte."""
     first = edit_side_file(level, {"Props/sign": {"offset": 0.1}})

@@ -1,0 +1,183 @@
+"""Asks the engine for rebakes, shows their values as they come, and takes the result over at the end."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from PyQt6.QtCore import QObject, pyqtSignal
+
+from app.document import Document
+from app.engine import Engine
+from app.engine_protocol import Job, RebakeDone, RebakeJob, RebakeLayout, RebakeValues
+from bake.errors import ObscuraError
+from bake.settings import BakeSettings
+from bake.types import Int64Array, Progress, VertexField, VertexState, World
+
+NOTE = "being rebaked …"
+logger = logging.getLogger(__name__)
+
+
+@dataclass(slots=True)
+class Timing:
+    """When a rebake showed what, in seconds after it was asked for; below 0 while it has not.
+
+    Attributes:
+        first: Its first values.
+        final: Its final values.
+        stored: Its stored result.
+    """
+
+    first: float = -1.0
+    final: float = -1.0
+    stored: float = -1.0
+
+
+class Rebaker(QObject):
+    """One rebake at a time; the next one takes its place at once.
+
+    Args:
+        document: What is open. Its field shows the values on the way; stopped half-way it shows again what it did.
+        engine: Does the work.
+        parent: Qt parent.
+    """
+
+    began = pyqtSignal()
+    told = pyqtSignal(object)  # Progress
+    shown = pyqtSignal(object)  # RebakeValues that are in view now
+    done = pyqtSignal(object)  # RebakeDone; the result lies in its folder
+    ended = pyqtSignal(bool)  # whether the result was replaced
+    failed = pyqtSignal(str)
+
+    def __init__(self, document: Document, engine: Engine, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._document, self._engine = document, engine
+        self._job = 0
+        self._asked = 0.0
+        self._place: Int64Array | None = None  # of each vertex as the values number them: that in view, or -1
+        self._layout: RebakeLayout | None = None
+        self._world: World | None = None
+        self._field: VertexField | None = None  # what is in view, and grows better
+        self.timing = Timing()
+        engine.rebake_told.connect(self._on_told)
+        engine.rebake_finished.connect(self._on_finished)
+        engine.failed.connect(self._on_failed)
+        engine.cancelled.connect(self._on_cancelled)
+        engine.crashed.connect(lambda _text: self._stop())
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether one is under way."""
+        return self._job > 0
+
+    def request(
+        self, settings: BakeSettings, *, objects: Iterable[str] | None = None, camera: tuple[float, ...] | None = None
+    ) -> None:
+        """Rebakes what is open, in place of the rebake under way.
+
+        Args:
+            settings: As wanted now.
+            objects: Paths of the objects whose values may change; None for all.
+            camera: See `RebakeJob`.
+        """
+        document = self._document
+        scene, folder = document.scene_path, document.result_path
+        if scene is None or folder is None or document.result is None:
+            return
+        chosen = None if objects is None else tuple(objects)
+        self._field = None  # the first values start from what is stored, not from those of a rebake that was stopped
+        self._asked, self.timing = time.perf_counter(), Timing()
+        self._layout = self._place = None
+        self._job = self._engine.rebake(scene, folder, settings, objects=chosen, camera=camera)
+        self.began.emit()
+
+    def cancel(self) -> None:
+        """Stops the rebake under way; what was in view before comes back."""
+        if self._job:
+            self._engine.cancel_rebake()
+            self._stop()
+
+    # What the engine says
+
+    def _on_told(self, job: RebakeJob, said: object) -> None:
+        if job.id != self._job:
+            return
+        if isinstance(said, RebakeLayout):
+            self._layout, self._place = said, None
+        elif isinstance(said, RebakeValues):
+            self._show(said)
+        elif isinstance(said, Progress):
+            self.told.emit(said)
+
+    def _show(self, values: RebakeValues) -> None:
+        document, result = self._document, self._document.result
+        if result is None or document.world is None or self._layout is None:
+            return
+        if self._place is None or self._world is not document.world:
+            self._place, self._world = _places(self._layout, document.world), document.world
+        field = self._field
+        if field is None or len(field.state) != len(result.field.state):
+            field = VertexField(np.array(result.field.ao), np.array(result.field.state), result.field.report)
+        place = self._place[values.vertices]
+        known = place >= 0
+        fresh = field.ao.copy()
+        fresh[place[known]] = values.ao[known]
+        state = field.state
+        unknown = place[known][np.isin(state[place[known]], VertexState.UNREFERENCED)]
+        if len(unknown):
+            state = state.copy()
+            state[unknown] = np.where(np.isfinite(fresh[unknown]).all(axis=1), VertexState.BAKED, state[unknown])
+        self._field = replace(field, ao=fresh, state=state)
+        document.set_field(self._field, NOTE)
+        now = time.perf_counter() - self._asked
+        if values.rays_total or values.final:
+            if self.timing.first < 0.0:
+                self.timing.first = now
+            if values.final:
+                self.timing.final = now
+        self.shown.emit(values)
+
+    def _on_finished(self, job: RebakeJob, done: RebakeDone) -> None:
+        if job.id == self._job:
+            self._job = 0
+            self.timing.stored = time.perf_counter() - self._asked
+            self._field = None
+            self.done.emit(done)
+
+    def _on_failed(self, job: Job, error: ObscuraError) -> None:
+        if isinstance(job, RebakeJob) and job.id == self._job:
+            self._stop()
+            self.failed.emit(str(error))
+
+    def _on_cancelled(self, job: Job) -> None:
+        if isinstance(job, RebakeJob) and job.id == self._job:
+            self._stop()
+
+    def _stop(self) -> None:
+        if not self._job:
+            return
+        self._job = 0
+        self._field = None
+        result = self._document.result
+        if result is not None and self._document.is_preview and self._document.field_note == NOTE:
+            self._document.set_field(result.field)
+        self.ended.emit(False)
+
+
+def _places(layout: RebakeLayout, world: World) -> Int64Array:
+    """Where the vertices of a layout are in the world in view, by their objects' paths; -1 where they are not."""
+    count = int(layout.first_vertex[-1])
+    if layout.paths == world.object_paths and np.array_equal(layout.first_vertex, world.first_vertex):
+        return np.arange(count, dtype=np.int64)
+    shown: dict[str, Any] = {path: index for index, path in enumerate(world.object_paths)}
+    sizes, shown_sizes = np.diff(layout.first_vertex), np.diff(world.first_vertex)
+    index = np.array([shown.get(path, -1) for path in layout.paths], np.int64)
+    fits = (index >= 0) & (shown_sizes[index] == sizes)
+    shift = np.where(fits, np.asarray(world.first_vertex)[index] - layout.first_vertex[:-1], 0)
+    places = np.arange(count, dtype=np.int64) + np.repeat(shift, sizes)
+    places[~np.repeat(fits, sizes)] = -1
+    return places
