@@ -14,7 +14,8 @@ from viewer.instance_rows import Column
 from viewer.spot_rows import spot_columns
 
 _ALL = "All causes"
-_RANK, _CAUSE = 0, 2
+_RANK, _OBJECT, _CAUSE = 0, 1, 2
+_WIDEST_OBJECT = 230  # pixels at first: signs need some too; longer paths are cut in the middle
 
 
 class SpotTable(QWidget):
@@ -99,8 +100,9 @@ class SpotTable(QWidget):
             header = self.view.horizontalHeader()
             assert header is not None
             for number in range(len(columns)):
-                stretch = QHeaderView.ResizeMode.Stretch if number == 1 else QHeaderView.ResizeMode.Interactive
-                header.setSectionResizeMode(number, stretch)
+                is_last = number == len(columns) - 1
+                mode = QHeaderView.ResizeMode.Stretch if is_last else QHeaderView.ResizeMode.Interactive
+                header.setSectionResizeMode(number, mode)
             self.view.sortByColumn(_RANK, Qt.SortOrder.AscendingOrder)
         self._refill()
 
@@ -124,6 +126,7 @@ class SpotTable(QWidget):
         wanted = self.cause.currentText() if self.cause.currentIndex() > 0 else ""
         rows = [row for row, cause in zip(self._rows, self._causes, strict=True) if not wanted or cause == wanted]
         self.view.set_rows(rows)
+        self.view.setColumnWidth(_OBJECT, min(self.view.columnWidth(_OBJECT), _WIDEST_OBJECT))
         more = f", {self._spots.left_out:,} lighter ones left out" if self._spots.left_out else ""
         of = f" of {len(self._rows):,}" if len(rows) < len(self._rows) else ""
         self._count.setText(f"{len(rows):,}{of} spots{more}" if self._rows else "No suspicious spots.")
