@@ -185,7 +185,7 @@ def _welds(kind: Inspection, around: Around, field: VertexField, column: int) ->
     world, ao = around.result.world, np.asarray(field.ao)
     owner = _owner(around.result)
     positions = np.asarray(world.positions) + 0.0  # -0.0 and 0.0 are one place
-    sorted_by = np.lexsort((owner, *positions.T))
+    sorted_by = _by_place(positions, owner)
     steps = np.diff(positions[sorted_by], axis=0, prepend=np.nan).any(axis=1)
     begins = np.flatnonzero(steps | (np.diff(owner[sorted_by], prepend=-1) != 0))
     value = np.nan_to_num(ao[:, 0], nan=-1.0)
@@ -210,18 +210,18 @@ def _normals(kind: Inspection, around: Around, field: VertexField, column: int) 
 
 def _winding(kind: Inspection, around: Around, field: VertexField, column: int) -> SurfaceField:
     world = around.result.world
-    corners = [np.ascontiguousarray(corner) for corner in np.asarray(world.faces).T]
-    # Axis by axis: rows of three are gathered several times as slowly.
-    places, normals = _axes(world.positions), _axes(world.normals)
-    first, second, third = ([axis[corner] for axis in places] for corner in corners)
-    u, v = ([end - begin for begin, end in zip(first, other, strict=True)] for other in (second, third))
-    face = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
-    half = 0.5 * np.sqrt(face[0] * face[0] + face[1] * face[1] + face[2] * face[2])
+    faces, places, normals = np.asarray(world.faces), _axes(world.positions), _axes(world.normals)
     slants, against = (np.zeros(world.vertex_count, np.bool_) for _ in range(2))
-    for corner in corners:
-        along = sum(axis[corner] * side for axis, side in zip(normals, face, strict=True))
-        slants[corner[along < half]] = True
-        against[corner[along < 0.0]] = True
+    for begin in range(0, len(faces), _BLOCK):  # axis by axis in blocks that stay in the cache: several times as fast
+        corners = _axes(faces[begin : begin + _BLOCK])
+        first, second, third = ([axis.take(corner) for axis in places] for corner in corners)
+        u, v = ([end - start for start, end in zip(first, other, strict=True)] for other in (second, third))
+        face = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+        half = 0.5 * np.sqrt(face[0] * face[0] + face[1] * face[1] + face[2] * face[2])
+        for corner in corners:
+            along = sum(axis.take(corner) * side for axis, side in zip(normals, face, strict=True))
+            slants[corner[along < half]] = True
+            against[corner[along < 0.0]] = True
     colors = np.full((world.vertex_count, 3), _AGREES, np.uint8)
     colors[slants] = _SLANTS
     colors[against] = _AGAINST
@@ -230,6 +230,7 @@ def _winding(kind: Inspection, around: Around, field: VertexField, column: int) 
     return _colored(kind, colors, swatches)
 
 
+_BLOCK = 1 << 15
 _Maker = Callable[[Inspection, Around, VertexField, int], SurfaceField]
 _MAKERS: Mapping[Inspection, _Maker] = {
     Inspection.RESIDUAL: _residual,
@@ -256,6 +257,21 @@ def _misfit(around: Around, field: VertexField, column: int) -> Float64Array:
 
 def _owner(result: BakeResult) -> np.ndarray:
     return np.repeat(np.arange(result.world.object_count), np.diff(result.world.first_vertex))
+
+
+def _by_place(positions: Float64Array, owner: np.ndarray) -> np.ndarray:
+    """An order in which vertices of an object at one place stand together, shape (n,).
+
+    They are sorted by one number that places hardly share, and only where some share it by all of their coordinates.
+    """
+    x, y, z = positions.T  # element by element: the same coordinates must give the same number to the bit
+    number = x + 1.6180339887 * y + 2.7182818285 * z + 0.5772156649 * owner
+    order = np.argsort(number, kind="stable")
+    shared = np.diff(number[order], prepend=np.nan) == 0.0
+    shared[:-1] |= shared[1:]
+    some = order[shared]
+    order[shared] = some[np.lexsort((owner[some], *positions[some].T, number[some]))]
+    return order
 
 
 def _axes(vectors: np.ndarray) -> list[np.ndarray]:
