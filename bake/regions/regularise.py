@@ -9,6 +9,7 @@ import numpy as np
 from bake import spherical_harmonics
 from bake.arrays import BoolArray, Float32Array, Float64Array, Int32Array
 from bake.region_types import RegionGraph, RegionModels
+from bake.regions.bound_weights import BoundWeights
 from bake.regions.crossings import Crossings, middles
 from bake.regions.descent import Descent
 from bake.regions.evaluate import basis
@@ -28,10 +29,7 @@ DARK = 0.4
 
 _A_ROUND = 4  # sweeps between changes of the weights
 _ROUNDS = 10
-_REACHED = 1.05  # of the largest step: no more than this counts as reached
-_HARDER, _SOFTER = 8.0, 0.5  # most by which a weight changes
 _LARGEST_BETA = 1e6  # beyond it nothing changes that anyone sees, but rounding errors grow
-_LEAST, _MOST = 1e-3, 1e4  # weights that steps begin and end with
 
 
 class Regularised(NamedTuple):
@@ -122,38 +120,6 @@ def place_shares(counts: BoolArray) -> Float64Array:
     return share
 
 
-class _Weights:
-    """Weights of one distance, of places and of derivatives, that grow where a bound is not kept.
-
-    Attributes:
-        places: Shape (l, p).
-        slopes: Shape (r, 6).
-
-    Args:
-        gentle: Shape (l, p): those of places that steps have at least.
-        counts: Shape (l, p), bool: which rows are places.
-        free: Shape (r, 6), bool: derivatives that may change, of regions that are linked.
-    """
-
-    def __init__(self, gentle: Float64Array, counts: BoolArray, free: BoolArray) -> None:
-        self.places, self.slopes = gentle, np.zeros(free.shape)
-        self._gentle, self._counts, self._free = gentle, counts, free
-
-    def grow(self, steps: Float64Array, slopes: Float64Array, largest_step: float, largest_slope: float) -> bool:
-        """By the square of how far each is beyond its bound, or back; returns whether any was."""
-        steps, slopes = np.where(self._counts, steps, 0.0), np.where(self._free, slopes, 0.0)
-        if steps.max() <= _REACHED * largest_step and slopes.max() <= _REACHED * largest_slope:
-            return False
-        self.places = np.maximum(_grown(self.places, steps / largest_step), self._gentle)
-        self.slopes = _grown(self.slopes, slopes / largest_slope)
-        return True
-
-
-def _grown(weights: Float64Array, ratio: Float64Array) -> Float64Array:
-    grown = np.minimum(np.maximum(weights, _LEAST) * np.clip(ratio**2, _SOFTER, _HARDER), _MOST)
-    return np.where(grown > _LEAST, grown, 0.0)
-
-
 class _Problem:
     """Models and places in the coordinates of the descent."""
 
@@ -190,7 +156,9 @@ class _Problem:
         """Descends; returns E before and after each sweep."""
         shown = np.minimum(1.0, DARK * self._mean() / LARGEST_STEP)
         bounds = [(largest_step * own, largest_slope * own) for own in shown.tolist()]
-        weights = [_Weights(min(beta, _LARGEST_BETA) * self._share, self._counts, self._held) for _ in self._descents]
+        weights = [
+            BoundWeights(min(beta, _LARGEST_BETA) * self._share, self._counts, self._held) for _ in self._descents
+        ]
         for descent, own in zip(self._descents, weights, strict=True):
             descent.weigh(own.places, own.slopes)
         energies: list[tuple[float, float]] = []
@@ -220,7 +188,7 @@ class _Problem:
         coefficients[linked] = np.where(self._free[linked, :, None], parameters, 0.0).reshape(y.shape)
         return RegionModels(fitted.centre, coefficients[self._owner], fitted.terms, fitted.centre_kind, fitted.rmse)
 
-    def _reweigh(self, weights: list[_Weights], bounds: list[tuple[float, float]]) -> bool:
+    def _reweigh(self, weights: list[BoundWeights], bounds: list[tuple[float, float]]) -> bool:
         """Changes the weights where steps or slopes are too large; returns whether none was."""
         within = True
         for descent, own, bound in zip(self._descents, weights, bounds, strict=True):
