@@ -1,6 +1,7 @@
 """What an edit changes about the rays of some samples: only those that meet what changed are traced.
 
-Three parts of the two scenes are asked apart: what only the old one has, what only the new one has, and what both have.
+Rays that point at none of the boxes around what changed are not even made (`bake/kernels/towards.py`). For the others,
+three parts of the two scenes are asked apart: what only the old one has, what only the new one has, and what both have.
 The first two are small, so that they say quickly whether a ray meets anything that changed; one closest hit in the
 third then tells what the ray strikes before and after, unless a partly open face is met.
 """
@@ -16,11 +17,16 @@ from bake.kernels.bodies import CLOSEST
 from bake.kernels.closest import Hit, nudged
 from bake.kernels.falloff import MAX_DISTANCES, Falloff
 from bake.kernels.follow import Fate, follower, strikes_back
+from bake.kernels.rays import owen_sobol
 from bake.kernels.surface import Surface, openness_at
+from bake.kernels.towards import STRIPS, Towards, number_in, towards
 from bake.kernels.veil import Veil, dimmer
 from bake.kernels.work import Work, fan_of, ray_direction, ray_threshold
 
 wp.set_module_options({"enable_backward": False, "fast_math": False})
+
+FEW = wp.constant(8)
+"""As many rays are looked at one by one."""
 
 vec8d = wp.types.vector(length=MAX_DISTANCES, dtype=wp.float64)
 
@@ -166,10 +172,14 @@ def changed_kernel(tracer: str, fog: bool, trees: bool) -> Any:
     ):
         s = first + wp.tid()
         fan = fan_of(new_surface, work, s)
-        last_ray = out.first_ray  # none, if all that changed lies below the face
+        aimed = Towards()  # at nothing, if all that changed lies below the face
+        aimed.low = 2.0
+        aimed.high = -1.0
         for box in range(boxes.low.shape[0]):
-            if above(boxes.low[box], boxes.high[box], fan.point, fan.face_normal):
-                last_ray = out.last_ray
+            low = boxes.low[box]
+            high = boxes.high[box]
+            if above(low, high, fan.point, fan.face_normal):
+                aimed = towards(fan, aimed, 0.5 * (low + high), 0.5 * wp.length(high - low))
         total = vec8d()
         hits = wp.int32(0)
         back_faces = wp.int32(0)
@@ -178,7 +188,32 @@ def changed_kernel(tracer: str, fog: bool, trees: bool) -> Any:
         traced = wp.int32(0)
         differing = wp.int32(0)
         t_max = falloff.t_max
-        for j in range(out.first_ray, last_ray):
+        rays = out.last_ray - out.first_ray
+        layers = (rays + STRIPS - 1) / STRIPS
+        steps = STRIPS * layers
+        one_by_one = rays <= FEW
+        if one_by_one:
+            steps = rays
+        if aimed.strips == wp.uint64(0):
+            steps = 0
+        for step in range(steps):
+            j = out.first_ray + step
+            if not one_by_one:
+                strip = step / layers
+                if ((aimed.strips >> wp.uint64(strip)) & wp.uint64(1)) == wp.uint64(0):
+                    continue
+                begin = fan.block + wp.uint32(out.first_ray)
+                ahead = (number_in(strip, fan.first_seed) - begin) & wp.uint32(STRIPS - 1)
+                j = out.first_ray + wp.int32(ahead) + STRIPS * (step % layers)
+                if j >= out.last_ray:
+                    continue
+            place = owen_sobol(fan.block + wp.uint32(j), fan.first_seed, fan.second_seed)
+            if place[1] < aimed.low or place[1] > aimed.high:
+                continue
+            if one_by_one:
+                strip = wp.min(wp.int32(place[0] * 64.0), 63)
+                if ((aimed.strips >> wp.uint64(strip)) & wp.uint64(1)) == wp.uint64(0):
+                    continue
             direction = ray_direction(fan, j)
             inverse = inverse_of(direction)
             near = wp.bool(False)

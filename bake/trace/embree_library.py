@@ -45,8 +45,6 @@ def _library() -> Any:
     signatures: dict[str, tuple[Any, list[Any]]] = {
         "rtcNewDevice": (pointer, [ctypes.c_char_p]),
         "rtcGetDeviceError": (ctypes.c_int, [pointer]),
-        "rtcRetainDevice": (None, [pointer]),
-        "rtcReleaseDevice": (None, [pointer]),
         "rtcNewScene": (pointer, [pointer]),
         "rtcSetSceneFlags": (None, [pointer, ctypes.c_int]),
         "rtcCommitScene": (None, [pointer]),
@@ -64,6 +62,12 @@ def _library() -> Any:
         function = getattr(library, name)
         function.restype, function.argtypes = result, arguments
     return library
+
+
+@cache
+def _device() -> Any:
+    """One for the whole process: each starts threads, and is slow to make."""
+    return _library().rtcNewDevice(None)
 
 
 class EmbreeScene:
@@ -91,11 +95,11 @@ class EmbreeScene:
         self._points = np.concatenate([points.ravel(), np.zeros(4, np.float32)])
         self._faces = np.ascontiguousarray(faces)
         self.triangles = len(faces)
-        self._device = library.rtcNewDevice(None)
-        self.address = library.rtcNewScene(self._device)
+        device = _device()
+        self.address = library.rtcNewScene(device)
         # Robust: watertight at edges and vertices, for a few per cent of speed.
         library.rtcSetSceneFlags(self.address, _ROBUST)
-        geometry = library.rtcNewGeometry(self._device, _TRIANGLES)
+        geometry = library.rtcNewGeometry(device, _TRIANGLES)
         share = library.rtcSetSharedGeometryBuffer
         share(geometry, _VERTEX_BUFFER, 0, _FLOAT3, self._points.ctypes.data, 0, 12, len(points))
         share(geometry, _INDEX_BUFFER, 0, _UINT3, self._faces.ctypes.data, 0, 12, len(faces))
@@ -103,7 +107,7 @@ class EmbreeScene:
         library.rtcAttachGeometry(self.address, geometry)
         library.rtcReleaseGeometry(geometry)
         library.rtcCommitScene(self.address)
-        code = library.rtcGetDeviceError(self._device)
+        code = library.rtcGetDeviceError(device)
         if code:
             self.close()
             if code == _OUT_OF_MEMORY:
@@ -114,12 +118,10 @@ class EmbreeScene:
     def shared(self) -> EmbreeScene:
         """The same scene for another owner; it is freed when all of them have closed it."""
         self._library.rtcRetainScene(self.address)
-        self._library.rtcRetainDevice(self._device)
         return copy.copy(self)
 
     def close(self) -> None:
         """Gives the BVH up; safe to call twice."""
         if self.address:
             self._library.rtcReleaseScene(self.address)
-            self._library.rtcReleaseDevice(self._device)
             self.address = 0
