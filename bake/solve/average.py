@@ -17,6 +17,9 @@ from bake.types import BoolArray, Float64Array, Int64Array
 TIES = 32
 """How many equally near vertices are told apart."""
 
+TIED = 1e-9
+"""By how much of a distance another may differ and count as equal."""
+
 OPEN = 1.0
 """Value of everything where a scene has no valid sample at all."""
 
@@ -53,11 +56,16 @@ def nearest_among(position: Float64Array, known: Int64Array, wanted: Int64Array)
 
     Twin sheets make equal distances common, and which one a search tree meets first hangs on all that is in it.
     """
-    found = cKDTree(position[known]).query(position[wanted], min(TIES, len(known)))
-    distance: Float64Array = np.asarray(found[0], np.float64).reshape(len(wanted), -1)
-    place: Int64Array = np.asarray(found[1], np.int64).reshape(len(wanted), -1)
-    ties = distance <= distance[:, :1] * (1.0 + 1e-9)
-    return known[np.where(ties, place, len(known)).min(axis=1)]
+    return known[nearest_in(cKDTree(position[known]), position[wanted])[0]]
+
+
+def nearest_in(tree: cKDTree, points: Float64Array) -> tuple[Int64Array, Float64Array]:
+    """Which of a tree's points is nearest to each of some others, of equally near ones the first, and how near."""
+    found = tree.query(points, min(TIES, tree.n))
+    distance: Float64Array = np.asarray(found[0], np.float64).reshape(len(points), -1)
+    place: Int64Array = np.asarray(found[1], np.int64).reshape(len(points), -1)
+    ties = distance <= distance[:, :1] * (1.0 + TIED)
+    return np.where(ties, place, tree.n).min(axis=1), distance[:, 0]
 
 
 def _fill_by_rings(surface: Surface, values: Float64Array, starved: BoolArray) -> BoolArray:

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from bake.settings import BakeSettings
+from bake.solve.far_fill import Places
 from bake.solve.mass import FaceMoments, sum_moments
 from bake.solve.object_match import joiners, receivers
 from bake.solve.prior import ScatterSums, SceneScatter
@@ -38,11 +39,14 @@ class Block:
         equations: What is solved.
         values: Shape (u, k), float64, in [0, 1].
         gradient: Shape (u, k), float64, m²: by how much the values miss their rows, Ax - b.
+        pull: Shape (u,), float64, m²: the weight of the average in the rows that the values belong to.
         held: Shape (u, k), bool: values that the bounds hold back.
         held_vertices: Shape (k,), int64: vertices of the world with such a value.
         failed: Shape (c,), bool: components that did not converge and keep their average.
         square_error: Shape (k,), float64, m²: Σ dA (interpolated value - sample)².
         tolerance: What the values are solved for, in AO; 0 to the end.
+        mass: Σ dA of the valid samples, m².
+        places: Where the unknowns are, for those that have no samples near.
     """
 
     objects: Int64Array
@@ -55,10 +59,13 @@ class Block:
     equations: Equations
     values: Float64Array
     gradient: Float64Array
+    pull: Float64Array
     held: BoolArray
     held_vertices: Int64Array
     failed: BoolArray
     square_error: Float64Array
+    mass: float
+    places: Places
     tolerance: float = 0.0
 
     def rings(self, unknowns: Int64Array, count: int) -> BoolArray:
@@ -242,10 +249,13 @@ def begun(draft: Draft, scene: SceneScatter, mean_area: float) -> Block:
         equations=equations,
         values=values,
         gradient=np.zeros(values.shape),
+        pull=np.zeros(len(values)),
         held=np.zeros(values.shape, np.bool_),
         held_vertices=np.zeros(values.shape[1], np.int64),
         failed=np.zeros(len(surface.first) - 1, np.bool_),
         square_error=np.zeros(values.shape[1]),
+        mass=float(draft.moments.mass.sum()),
+        places=Places(surface.position, equations.starved, surface.first),
     )
 
 

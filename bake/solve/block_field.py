@@ -42,7 +42,7 @@ def read_values(world: World, block: Block, ao: Float32Array) -> Float64Array:
 
 def report_of(blocks: Sequence[Block], columns: int, alpha: float, iterations: int, residual: float) -> SolveReport:
     """How it went, over all blocks."""
-    mass = sum(float(block.moments.mass.sum()) for block in blocks)
+    mass = sum(block.mass for block in blocks)
     error, held = np.zeros(columns), np.zeros(columns, np.int64)
     for block in blocks:
         error += block.square_error

@@ -34,7 +34,7 @@ RINGS = 6
 MOST_PATCHES = 12
 """After so many patches one after another the block is solved whole."""
 
-WORTHWHILE = 0.5
+WORTHWHILE = 0.3
 """Share of the unknowns beyond which the block is solved whole."""
 
 EASED = 0.3
@@ -93,30 +93,35 @@ def solve_block(
     after = replace(block, equations=equations, moments=moments, tolerance=tolerance)
     if mapping is MappingKind.AVERAGE or tolerance <= 0.0:
         return solve_whole(after, alpha, mapping, tolerance, columns)
-    gradient = _gradient(block, equations, zone, alpha)
-    weight = _weight(equations, alpha)
-    within = tolerance / AMPLIFIED * weight
-    x, held = block.values.copy(), block.held.copy()
-    ignored = np.repeat(block.failed, np.diff(block.surface.first))
-    if ignored[zone].any():
+    pull = equations.pull(alpha)
+    gradient = _gradient(block, equations, zone, alpha, pull)
+    weight = _weight(equations, alpha, pull)
+    after = replace(after, pull=pull, gradient=gradient)
+    ignored = np.repeat(block.failed, np.diff(block.surface.first)) if block.failed.any() else None
+    if ignored is not None and ignored[zone].any():
         return solve_whole(after, alpha, mapping, tolerance, columns)
+    x, held = block.values, block.held
     touched = np.zeros(len(x), np.bool_)
     iterations = 0
     for _ in range(MOST_PATCHES):
-        miss = np.abs(projected(gradient, x)).max(axis=1) > within
-        seeds = np.flatnonzero(miss & ~ignored)
+        miss = AMPLIFIED * np.abs(projected(gradient, x)).max(axis=1) / weight
+        if ignored is not None:
+            miss[ignored] = 0.0
+        seeds = np.flatnonzero(miss > tolerance)
         if not len(seeds):
-            error = _moved_error(block, moments, x, touched, faces)
-            counted = held[block.surface.unknown[block.surface.unknown >= 0]].sum(axis=0)
-            done = replace(after, values=x, gradient=gradient, held=held, held_vertices=counted, square_error=error)
-            return Solved(done, iterations, 0.0, int(touched.sum()), missed(done, alpha))
+            if len(faces) or iterations:
+                error = _moved_error(block, moments, x, touched, faces)
+                after = replace(after, values=x, held=held, held_vertices=_vertices(block, held), square_error=error)
+            return Solved(after, iterations, 0.0, int(np.count_nonzero(touched)), float(miss.max(initial=0.0)))
         members = block.rings(seeds, RINGS)
         if np.count_nonzero(members) > WORTHWHILE * len(x):
             break
+        if x is block.values:
+            x, held = x.copy(), held.copy()
         touched |= members
-        iterations = max(
-            iterations, _patch(np.flatnonzero(members), equations, alpha, x, gradient, held, within, columns)
-        )
+        within = EASED * tolerance / AMPLIFIED * weight
+        patch = np.flatnonzero(members)
+        iterations = max(iterations, _patch(patch, equations, alpha, x, gradient, held, within, columns))
     return solve_whole(replace(after, values=x), alpha, mapping, tolerance, columns)
 
 
@@ -125,29 +130,35 @@ def projected(gradient: Float64Array, x: Float64Array) -> Float64Array:
     return np.where(x <= 0.0, np.minimum(gradient, 0.0), np.where(x >= 1.0, np.maximum(gradient, 0.0), gradient))
 
 
-def missed(block: Block, alpha: float) -> float:
-    """Estimate of how far any value of a block is from its place, in AO."""
-    miss = np.abs(projected(block.gradient, block.values)).max(axis=1, initial=0.0)
-    miss[np.repeat(block.failed, np.diff(block.surface.first))] = 0.0
-    return AMPLIFIED * float((miss / _weight(block.equations, alpha)).max(initial=0.0))
-
-
-def _weight(equations: Equations, alpha: float) -> Float64Array:
+def _weight(equations: Equations, alpha: float, pull: Float64Array) -> Float64Array:
     """What a row's gradient is measured by, shape (u,), m²."""
-    fill = 0.1 * np.where(equations.starved, equations.main_diagonal(alpha), 0.0)
-    return equations.mass + equations.pull(alpha) + fill
+    weight = equations.mass + pull
+    starved = np.flatnonzero(equations.starved)
+    if len(starved):
+        weight[starved] += 0.1 * equations.main_diagonal(alpha)[starved]
+    return weight
 
 
-def _gradient(block: Block, equations: Equations, zone: Int64Array, alpha: float) -> Float64Array:
+def _vertices(block: Block, held: BoolArray) -> Int64Array:
+    """Vertices of the world whose value is held, per distance."""
+    if not held.any():
+        return np.zeros(held.shape[1], np.int64)
+    unknown = block.surface.unknown
+    return held[unknown[unknown >= 0]].sum(axis=0)
+
+
+def _gradient(block: Block, equations: Equations, zone: Int64Array, alpha: float, pull: Float64Array) -> Float64Array:
     """The gradient of the block's values under other equations, shape (u, k), m²."""
-    old, new = block.equations.pull(alpha), equations.pull(alpha)
-    x = block.values
-    gradient = block.gradient + (new - old)[:, None] * x
-    gradient -= new[:, None] * equations.average - old[:, None] * block.equations.average
+    old, average, x = block.pull, block.equations.average, block.values
+    if equations.average is average:
+        gradient = block.gradient + (pull - old)[:, None] * (x - average)
+    else:
+        gradient = block.gradient + (pull - old)[:, None] * x
+        gradient -= pull[:, None] * equations.average - old[:, None] * average
     if len(zone):
-        row, column, entry = _rows(equations, alpha, zone)
-        rows = csr_array((entry, column, row), shape=(len(zone), len(x)))
-        gradient[zone] = rows @ x - (equations.data[zone] + new[zone, None] * equations.average[zone])
+        start, column, entry = _rows(equations, alpha, zone)
+        rows = csr_array((entry, column, start), shape=(len(zone), len(x)))
+        gradient[zone] = rows @ x - (equations.data[zone] + pull[zone, None] * equations.average[zone])
     return gradient
 
 
@@ -177,30 +188,38 @@ def _patch(
     row = np.repeat(np.arange(len(members)), np.diff(start))
     inside = inner >= 0
     size = len(members)
-    graph = csr_array((entry[inside], (row[inside], inner[inside])), shape=(size, size))
-    pieces, label = connected_components(graph, directed=False)
-    order = np.argsort(label, kind="stable")
+    begin = np.concatenate([[0], np.cumsum(np.bincount(row[inside], minlength=size))]).astype(np.int64)
+    square = csr_array((entry[inside], inner[inside], begin), shape=(size, size))
+    pieces, label = connected_components(square, directed=False)
+    order = np.arange(size)
+    if pieces > 1:
+        order = np.argsort(label, kind="stable")
+        turned = np.empty(size, np.int64)
+        turned[order] = np.arange(size)
+        places = entries_of(begin, order)
+        begin = np.concatenate([[0], np.cumsum(np.diff(begin)[order])]).astype(np.int64)
+        square = csr_array((square.data[places], turned[square.indices[places]], begin), shape=(size, size))
     first = np.concatenate([[0], np.cumsum(np.bincount(label, minlength=pieces))]).astype(np.int64)
-    square = graph[order][:, order].tocsr()
     diagonal: Float64Array = square.diagonal()
-    before = x[members]
-    # what the rows ask for beyond where they are: b - A_out x_out = A_in x_in - g
-    rhs = graph @ before - gradient[members]
+    own = members[order]
+    before = x[own]
+    # what the rows ask for, given all beyond the patch: b - A_out x_out = A_in x_in - g
+    rhs = square @ before - gradient[own]
     solver = BoxSolver(square, first)
-    goal = EASED * within[members][order]
 
     def solve(k: int) -> BoxSolution:
-        return solver.solve(rhs[order, k], before[order, k], within=goal, most_iterations=MOST_ITERATIONS)
+        return solver.solve(rhs[:, k], before[:, k], within=within[own], most_iterations=MOST_ITERATIONS)
 
     iterations = 0
-    own = members[order]
     for k, solution in enumerate(columns(solve, range(x.shape[1]))):
         x[own, k], held[own, k] = solution.x, solution.held
         gradient[own, k] = solution.gradient * diagonal
         iterations = max(iterations, solution.iterations)
     outside = np.flatnonzero(~inside)
     at = column[outside]
-    change = (x[members] - before)[row[outside]] * entry[outside, None]
+    step = np.empty(before.shape)
+    step[order] = x[own] - before
+    change = step[row[outside]] * entry[outside, None]
     reached, back = np.unique(at, return_inverse=True)
     for k in range(x.shape[1]):
         gradient[reached, k] += np.bincount(back, change[:, k], minlength=len(reached))
@@ -212,11 +231,15 @@ def solve_whole(block: Block, alpha: float, mapping: MappingKind, tolerance: flo
     first = block.surface.first
     x, held = block.values.copy(), block.held.copy()
     if mapping is MappingKind.AVERAGE:
-        return Solved(_finished(block, block.equations.average, np.zeros(x.shape), held & False, None, 0.0))
+        return Solved(
+            _finished(block, block.equations.average, np.zeros(x.shape), held & False, None, 0.0, np.zeros(len(x)))
+        )
     system = block.equations.system(alpha)
     diagonal = system.matrix.diagonal()
     solver = BoxSolver(system.matrix, first)
-    within = EASED * tolerance / AMPLIFIED * _weight(block.equations, alpha) if tolerance > 0.0 else None
+    pull = block.equations.pull(alpha)
+    weight = _weight(block.equations, alpha, pull)
+    within = EASED * tolerance / AMPLIFIED * weight if tolerance > 0.0 else None
 
     def solve(k: int) -> BoxSolution:
         return solver.solve(
@@ -237,8 +260,11 @@ def solve_whole(block: Block, alpha: float, mapping: MappingKind, tolerance: flo
             residual = max(residual, float(np.where(bad, 0.0, solution.residual).max(initial=0.0)))
     back = np.repeat(failed, np.diff(first))
     values[back], held[back], gradient[back] = system.average[back], False, 0.0
-    done = _finished(block, values, gradient, held, failed, tolerance)
-    return Solved(done, iterations, residual, len(x), missed(done, alpha) if tolerance > 0.0 else 0.0)
+    done = _finished(block, values, gradient, held, failed, tolerance, pull)
+    if within is None:
+        return Solved(done, iterations, residual, len(x))
+    miss = AMPLIFIED * np.abs(projected(gradient, values)).max(axis=1) / weight
+    return Solved(done, iterations, residual, len(x), float(miss[~back].max(initial=0.0)))
 
 
 def begin_values(block: Block, values: Float64Array, settings: BakeSettings, *, averaged: bool) -> Block:
@@ -262,7 +288,7 @@ def begin_values(block: Block, values: Float64Array, settings: BakeSettings, *, 
         gradient[np.repeat(failed, np.diff(first))] = 0.0
     wants_out = gradient / system.matrix.diagonal()[:, None]
     held = ((values <= 0.0) & (wants_out > HELD)) | ((values >= 1.0) & (wants_out < -HELD))
-    return _finished(block, values, gradient, held, failed, 0.0)
+    return _finished(block, values, gradient, held, failed, 0.0, block.equations.pull(settings.alpha))
 
 
 def _finished(
@@ -272,14 +298,15 @@ def _finished(
     held: BoolArray,
     failed: BoolArray | None,
     tolerance: float,
+    pull: Float64Array,
 ) -> Block:
-    unknown = block.surface.unknown
     return replace(
         block,
         values=values,
         gradient=gradient,
         held=held,
-        held_vertices=held[unknown[unknown >= 0]].sum(axis=0),
+        held_vertices=_vertices(block, held),
+        pull=pull,
         failed=np.zeros(len(block.failed), np.bool_) if failed is None else failed,
         square_error=square_error(block.surface.corners, values, block.moments),
         tolerance=tolerance,

@@ -25,6 +25,7 @@ from bake.solve.block import (
 from bake.solve.block_equations import update_equations
 from bake.solve.block_field import read_values
 from bake.solve.block_solve import Columns, Solved, solve_block, solve_whole
+from bake.solve.far_fill import Places
 from bake.solve.mass import FaceMoments
 from bake.solve.prior import ScatterSums, SceneScatter
 from bake.solve.regroup import Group
@@ -44,11 +45,13 @@ class BlockStep:
     Attributes:
         block: As it was, in the changed world's numbers; from `assemble` on if it is taken anew.
         equations: As they are now, from `assemble` on.
+        places: Where its unknowns are now, from `assemble` on.
         sums: Its part of the scene's mean scatter now, from `gather` on.
     """
 
     block: Block
     equations: Equations
+    places: Places
     sums: ScatterSums
 
     def __init__(self, group: Group, before: Block | None) -> None:
@@ -80,7 +83,9 @@ class BlockStep:
         if len(local):
             found = moments_of_faces(bake, mine)
             self._moments = block.moments.with_faces(local, found)
-            self.sums = block.sums.plus(ScatterSums.of(block.moments.only(local)), -1.0).plus(ScatterSums.of(found))
+            past = block.moments.only(local)
+            self.sums = block.sums.plus(ScatterSums.of(past), -1.0).plus(ScatterSums.of(found))
+            block = replace(block, mass=block.mass - float(past.mass.sum()) + float(found.mass.sum()))
         if not np.array_equal(own_alpha, block.own_alpha, equal_nan=True):
             block = replace(block, own_alpha=own_alpha)
             local = np.arange(len(own_alpha))
@@ -90,11 +95,24 @@ class BlockStep:
         """Brings the equations up to the sums and the scene's mean scatter."""
         if self._draft is not None:
             self.block = begun(self._draft, scene, mean_area)
-            self.equations = self.block.equations
+            self.equations, self.places = self.block.equations, self.block.places
             return
-        self.equations = self.block.equations
+        self.equations, self.places = self.block.equations, self.block.places
         if len(self._faces) or scene != self.block.scene:
             self.equations, self._zone = update_equations(self.block, self._moments, self._faces, scene, mean_area)
+            starved = self.equations.starved
+            if not self.places.same(self.block.surface.position, starved):
+                self.places = Places(self.block.surface.position, starved, self.block.surface.first)
+
+    @property
+    def past(self) -> Places | None:
+        """Where its unknowns were; None for a new block."""
+        return None if self._before is None else self._before.places
+
+    @property
+    def came_from(self) -> int:
+        """The block's number before; -1 for a new one."""
+        return self._group.before
 
     def resting(self, settings: BakeSettings, old: BakeSettings, tolerance: float) -> bool:
         """Whether nothing is left to be done."""
@@ -128,10 +146,10 @@ class BlockStep:
         """
         settings = bake.settings
         if self._draft is not None:
-            block = replace(self.block, equations=self.equations, values=self.equations.average)
+            block = replace(self.block, equations=self.equations, values=self.equations.average, places=self.places)
             block = replace(block, values=read_values(bake.world, block, before))
             return solve_whole(block, settings.alpha, settings.mapping, tolerance, columns)
-        block = replace(self.block, scene=scene, sums=self.sums)
+        block = replace(self.block, scene=scene, sums=self.sums, places=self.places)
         if old.mapping is MappingKind.AVERAGE or settings.alpha != old.alpha or settings.mapping is not old.mapping:
             block = replace(block, equations=self.equations, moments=self._moments)
             return solve_whole(block, settings.alpha, settings.mapping, tolerance, columns)

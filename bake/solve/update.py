@@ -17,7 +17,7 @@ from bake.solve.block import Bake, Block, begun, cut_into_blocks, drafted
 from bake.solve.block_field import read_values, report_of, write_unbaked, write_values
 from bake.solve.block_solve import Columns, Solved, begin_values, solve_whole
 from bake.solve.block_step import BlockStep
-from bake.solve.far_fill import fill_from_afar
+from bake.solve.far_fill import Sources, filled_from_afar, find_sources
 from bake.solve.object_match import Match, receivers
 from bake.solve.prior import ScatterSums, SceneScatter
 from bake.solve.regroup import regroup
@@ -70,6 +70,7 @@ class _State:
 
     bake: Bake
     blocks: tuple[Block, ...]
+    sources: Sources
     extent: float
     mean_area: float
 
@@ -111,7 +112,9 @@ class FieldKeeper:
         mean_area = area / max(sum(len(draft.surface.area) for draft in drafts), 1)
         scene = _mean(draft.sums for draft in drafts)
         blocks = _each(lambda draft: begun(draft, scene, mean_area), drafts)
-        filled = fill_from_afar(blocks, [block.equations for block in blocks])
+        new = [-1] * len(blocks)
+        sources = find_sources([block.places for block in blocks], [None] * len(blocks), new, Sources.none())
+        filled = filled_from_afar([block.equations for block in blocks], sources)
         blocks = [replace(block, equations=own) for block, own in zip(blocks, filled, strict=True)]
         if field is None:
             blocks = [replace(block, values=block.equations.average) for block in blocks]
@@ -129,7 +132,7 @@ class FieldKeeper:
                 blocks,
             )
         self.field: VertexField = field
-        self._state = _State(bake, tuple(blocks), extent, mean_area)
+        self._state = _State(bake, tuple(blocks), sources, extent, mean_area)
 
     def updated(
         self,
@@ -178,7 +181,10 @@ class FieldKeeper:
         _each(lambda step: step.gather(bake, extent, faces), steps)
         scene = _mean(step.sums for step in steps)
         _each(lambda step: step.assemble(scene, old.mean_area), steps)
-        filled = fill_from_afar([step.block for step in steps], [step.equations for step in steps])
+        came_from = [step.came_from for step in steps]
+        places, past = [step.places for step in steps], [step.past for step in steps]
+        sources = find_sources(places, past, came_from, old.sources)
+        filled = filled_from_afar([step.equations for step in steps], sources)
         for step, equations in zip(steps, filled, strict=True):
             step.equations = equations
         moving = [step for step in steps if not step.resting(settings, old.bake.settings, tolerance)]
@@ -191,7 +197,7 @@ class FieldKeeper:
         field = _field_after(bake, blocks, [id(step) in now for step in steps], solved, matches, before, state)
         bound = max((one.missed for one in solved), default=0.0)
         keeper = FieldKeeper.__new__(FieldKeeper)
-        keeper.field, keeper._state = field, _State(bake, tuple(blocks), extent, old.mean_area)
+        keeper.field, keeper._state = field, _State(bake, tuple(blocks), sources, extent, old.mean_area)
         changed = _differing(before, state, field)
         return FieldUpdate(keeper, field, changed, bound, sum(one.unknowns for one in solved))
 

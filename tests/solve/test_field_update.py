@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,6 +14,8 @@ from bake.settings import BakeSettings, MappingKind
 from bake.solve import FieldKeeper, FieldUpdate, map_to_vertices
 from bake.types import ObjectKeys, Role
 from tests.solve.edit_cases import Level, Part, changed_rows, level_of, some_part, world_change
+from tests.solve.solve_cases import grid
+from tests.worlds import icosphere
 
 EDITS = (
     "shadow", "move", "turn", "scale", "remove", "add", "replace", "role", "alpha key", "samples key", "weld key",
@@ -99,3 +102,29 @@ def test_edits_one_after_another_equal_a_whole_solve(seed: int, edits: list[str]
         np.testing.assert_allclose(update.field.ao, expected.ao, atol=1e-5 if tolerance == 0 else 2 * tolerance)
         np.testing.assert_array_equal(update.field.state, expected.state)
         level, keeper = after, update.keeper
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.03, 1.0])
+def test_a_small_shadow_on_a_large_mesh_is_solved_for_on_a_patch(alpha: float) -> None:
+    """Again and again: most of the mesh is left alone, and what is left out does not add up."""
+    parts = (Part("ground", *grid(90, 90, size=18.0)), Part("ball", *icosphere(3, 0.8)))
+    rng = np.random.default_rng(3)
+    shadow = np.array([4.0, 4.0, 0.0, 1.0])
+    level = level_of(parts, BakeSettings(alpha=alpha), 7, shadow)
+    keeper = keeper_of(level)
+    solved = 0
+    for _ in range(6):
+        shadow = shadow + [*rng.uniform(-0.3, 0.6, 2), 0, 0.02]
+        after = level_of(parts, level.settings, 7, shadow)
+        update = follow(keeper, level, after, 1e-3)
+        expected = whole(after)
+        solved += update.solved
+        assert np.nanmax(np.abs(update.field.ao - expected.ao)) <= max(update.bound, 1e-6) <= 1e-3
+        np.testing.assert_array_equal(update.field.state, expected.state)
+        np.testing.assert_allclose(update.field.report.rmse, expected.report.rmse, rtol=1e-2)
+        assert update.field.report.unknowns == expected.report.unknowns
+        assert update.field.report.limited_edges == expected.report.limited_edges
+        same = np.setdiff1d(np.arange(after.world.vertex_count), update.vertices)
+        np.testing.assert_array_equal(update.field.ao[same], keeper.field.ao[same])
+        level, keeper = after, update.keeper
+    assert 0 < solved < 0.3 * 6 * level.world.vertex_count
