@@ -88,7 +88,7 @@ class Walk:
         screen = QGuiApplication.primaryScreen()
         assert screen is not None
         path = self.folder / f"dark-spot-{name}.png"
-        screen.grabWindow(int(self.window.winId())).save(str(path))
+        screen.grabWindow(self.window.winId()).save(str(path))
         Image.open(path).convert("RGB").quantize(96, dither=Image.Dither.NONE).save(path, optimize=True)
 
     def explain(self) -> None:
