@@ -22,7 +22,8 @@ def main() -> int:
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(positions, faces))
     meshes.compute_scalar_ambient_occlusion(rays=effort)
-    np.save(output, meshes.current_mesh().vertex_scalar_array())
+    open_rays = meshes.current_mesh().vertex_scalar_array()
+    np.save(output, open_rays / max(open_rays.max(), 1e-30))  # it counts without saying out of how many
     print(time.perf_counter() - begin)
     return 0
 
