@@ -14,8 +14,10 @@ from bake.rebake.setting_changes import FOG, settings_change
 from bake.rebake.state import Edit, State
 from bake.regions.source_files import region_files
 from bake.scene import flatten
+from bake.scene.content_hash import ContentHasher
+from bake.scene.reflatten import reflatten
 from bake.settings import BakeSettings
-from bake.types import BoolArray, Int64Array, Role, Scene, World
+from bake.types import BakeResult, BoolArray, Int64Array, Role, Scene, World
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -55,12 +57,9 @@ def find_edit(
         return NoEdit(f"changed settings: {', '.join(change.full)}", scene)
     if dict(result.versions) != versions():
         return NoEdit("the result was baked by other versions of the program or its libraries", scene)
-    world = flatten(scene, settings)
+    world = _flattened(state, scene, settings, exact=exact)
     if not np.array_equal(world.origin, result.world.origin):
-        if not exact:
-            world = flatten(scene, settings, origin=result.world.origin)
-        if not np.array_equal(world.origin, result.world.origin):
-            return NoEdit("the level's extent changed so much that its origin moves", scene)
+        return NoEdit("the level's extent changed so much that its origin moves", scene)
     how = compare(result.world, world)
     fog = state.fog
     if change.any_of(FOG) or world.object_paths != result.world.object_paths or _shrubs(world) != _shrubs(result.world):
@@ -81,6 +80,26 @@ def find_edit(
         wanted=vertices,
         wanted_faces=wanted,
     )
+
+
+def is_baked_from(result: BakeResult, scene: Scene) -> bool:
+    """Whether a scene is what a result was baked from, object by object."""
+    hasher, world = ContentHasher(scene), result.world
+    count = len(scene.objects)
+    return (
+        tuple(item.path for item in scene.objects) == world.object_paths[:count]
+        and world.object_count - count == (result.settings.ground is not None)
+        and tuple(hasher.object_hash(item) for item in scene.objects) == world.object_hash[:count]
+    )
+
+
+def _flattened(state: State, scene: Scene, settings: BakeSettings, *, exact: bool) -> World:
+    """The edited world, about the old origin if that may be."""
+    if exact:
+        return flatten(scene, settings)
+    if state.scene is None:
+        return flatten(scene, settings, origin=state.result.world.origin)
+    return reflatten(state.result.world, state.scene, scene, settings)
 
 
 def _wanted_faces(world: World, objects: frozenset[str] | None, faces: Int64Array | None) -> BoolArray:

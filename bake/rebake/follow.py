@@ -13,14 +13,27 @@ from bake.pipeline import any_decorators, bake_findings, occluders, open_tracer,
 from bake.rebake.changes import changed_objects
 from bake.rebake.decorated import rebaked_around, rebaked_regions, rebaked_trees
 from bake.rebake.reach import Places
-from bake.rebake.setting_changes import SOLVE
+from bake.rebake.rows import samples_after
+from bake.rebake.setting_changes import SAMPLES, SOLVE
 from bake.rebake.state import Edit, State
-from bake.rebake.surface_rays import SurfaceRays, SurfaceRows, plan_rows, trace_rows
+from bake.rebake.surface_rows import SurfaceRows, plan_rows
+from bake.rebake.surface_trace import SurfaceRays, trace_rows
 from bake.rebake.types import Partial, RebakeOutcome, RebakeReport
-from bake.samples import place_samples
-from bake.solve.update import FieldKeeper, FieldUpdate
+from bake.solve.update import TOLERANCE, FieldKeeper, FieldUpdate
 from bake.stages import StageClock, patiently
-from bake.types import BakeResult, Decorators, Int64Array, Progress, SampleSet, Skipped, VertexField
+from bake.trace import Tracer
+from bake.types import (
+    BakeResult,
+    BoolArray,
+    Decorators,
+    Int64Array,
+    Progress,
+    Role,
+    SampleSet,
+    Skipped,
+    VertexField,
+    VertexState,
+)
 
 
 def follow(
@@ -43,30 +56,29 @@ def follow(
         first: See `RebakeSession.rebake`.
     """
     world, settings = edit.world, edit.settings
-    samples, seconds = yield from patiently("samples", lambda: place_samples(world, settings))
+    (samples, places, rows), seconds = yield from patiently("reach", lambda: _planned(state, edit, bound))
     if len(samples) == 0 and not any_decorators(world, settings):
         raise SceneError(
             "nothing receives ambient obscurance", where=str(edit.scene.path), remedy="check the objects' roles"
         )
-    clock.ran("sample surface", f"{len(samples):,} samples", seconds)
-    (places, rows), seconds = yield from patiently("reach", lambda: _planned(state, edit, samples, bound))
-    clock.ran("reach", f"{int(rows.whole.sum()):,} samples whole, {int(rows.check.sum()):,} in part", seconds)
+    why = f"of {len(samples):,} samples {len(rows.whole):,} whole, {len(rows.check):,} in part"
+    clock.ran("reach", why, seconds)
 
-    tracer, seconds = yield from open_tracer(world, settings, device, edit.fog)
-    clock.ran("build BVH", occluders(world, tracer), seconds)
+    tracer = yield from _tracer(state, edit, device, clock)
     try:
         begin = time.perf_counter()
         rays = yield from trace_rows(state, edit, samples, rows, tracer, first)
         clock.ran("trace", f"{len(rays.changed):,} samples changed", time.perf_counter() - begin, rays.rays_traced)
-        update = yield from _solved(state, edit, samples, rays, clock)
+        update = yield from _solved(state, edit, samples, rays, clock, tolerance=TOLERANCE if bound > 0.0 else 0.0)
         field = _adopted(state, edit, update.field)
-        shown = _changed_vertices(state, edit, field)
+        shown = changed_vertices(state, edit, field)
         yield Partial(shown, field.ao[shown], rays.rays_traced, rays.rays_traced, final=True)
         trees = yield from rebaked_trees(state, edit, tracer, device, clock)
         dynamic = yield from rebaked_regions(state, edit, tracer, clock)
         around = yield from rebaked_around(state, edit, field, changed=len(shown) > 0, device=device, clock=clock)
     except BaseException:
-        tracer.close()
+        if tracer is not state.tracer:
+            tracer.close()
         raise
     decorators = Decorators(
         fog=edit.fog,
@@ -102,45 +114,84 @@ def follow(
         skipped=_skipped(rows.skipped),
         stale=_stale(state, edit, samples, rows),
     )
-    report = _report(state, edit, samples, rows, rays, shown, clock)
+    vertices = changed_vertices(state, edit, around.field)
+    report = _report(state, edit, samples, rows, rays, vertices, clock)
     after = State(result, edit.scene, tracer, update.keeper, places)
     return after, RebakeOutcome(result, report)
 
 
-def _planned(state: State, edit: Edit, samples: SampleSet, bound: float) -> tuple[Places, SurfaceRows]:
-    places = Places.of_samples(edit.world, samples)
-    return places, plan_rows(state, edit, samples, places, bound)
+def _planned(state: State, edit: Edit, bound: float) -> tuple[SampleSet, Places, SurfaceRows]:
+    result, world = state.result, edit.world
+    anew = edit.settings_change.any_of(SAMPLES)
+    samples, where = samples_after(result.samples, result.world, world, edit.change, edit.settings, anew=anew)
+    if state.places is None:
+        places = Places.of_samples(world, samples)
+    else:
+        places = state.places.after(world, samples, where)
+    return samples, places, plan_rows(state, edit, samples, where, places, bound)
+
+
+def _tracer(state: State, edit: Edit, device: Device, clock: StageClock) -> Generator[Progress, None, Tracer]:
+    """A tracer of the edited world: the old one, if nothing differs, or one that follows from it."""
+    old = state.tracer
+    if old is None or "rays" in edit.settings_change.names:
+        tracer, seconds = yield from open_tracer(edit.world, edit.settings, device, edit.fog)
+    elif old.world.object_paths == edit.world.object_paths and old.world.object_hash == edit.world.object_hash:
+        clock.skipped("build BVH", "carried: no object differs")
+        return old
+    else:
+        tracer, seconds = yield from patiently("build BVH", lambda: old.updated(edit.world, edit.change, edit.fog))
+    clock.ran("build BVH", occluders(edit.world, tracer), seconds)
+    return tracer
 
 
 def _solved(
-    state: State, edit: Edit, samples: SampleSet, rays: SurfaceRays, clock: StageClock
+    state: State, edit: Edit, samples: SampleSet, rays: SurfaceRays, clock: StageClock, *, tolerance: float
 ) -> Generator[Progress, None, FieldUpdate]:
     """Values at the vertices; carried where nothing that they hang on changed."""
-    threshold = edit.settings.back_face_threshold
-    valid = rays.tally.valid(threshold)
-    result = state.result
+    settings, before = edit.settings, state.result.settings
+    valid = rays.tally.valid(settings.back_face_threshold)
+    changed = rays.changed
+    if "back_face_threshold" in edit.settings_change.names:
+        turned = np.flatnonzero(valid != rays.tally.valid(before.back_face_threshold))
+        changed = np.union1d(changed, turned)
 
     def solve() -> FieldUpdate:
-        keeper = state.keeper or FieldKeeper(
-            result.world,
-            result.samples,
-            result.tally.ao,
-            result.tally.valid(result.settings.back_face_threshold),
-            result.settings,
-        )
-        changed = rays.changed
-        if "back_face_threshold" in edit.settings_change.names:
-            changed = np.union1d(
-                changed, np.flatnonzero(valid != rays.tally.valid(result.settings.back_face_threshold))
-            )
+        keeper = state.keeper or keeper_of(state.result)
         return keeper.updated(
-            edit.world, samples, rays.tally.ao, valid, edit.change, changed, edit.settings, tolerance=0.0
+            edit.world, samples, rays.tally.ao, valid, edit.change, changed, settings, tolerance=tolerance
         )
 
     update, seconds = yield from patiently("solve", solve)
     report = update.field.report
     clock.ran("map to vertices", f"{update.solved:,} of {report.unknowns:,} unknowns", seconds)
     return update
+
+
+def keeper_of(result: BakeResult) -> FieldKeeper:
+    """What follows the values of a stored bake."""
+    return FieldKeeper(
+        result.world,
+        result.samples,
+        np.asarray(result.tally.ao),
+        result.tally.valid(result.settings.back_face_threshold),
+        result.settings,
+        field=None if result.stale else _of_receivers(result),  # stale values are no solution of anything
+    )
+
+
+def _of_receivers(result: BakeResult) -> VertexField:
+    """The field without lower levels of detail, whose values are read off the others and not solved for."""
+    world = result.world
+    if Role.LOD not in world.object_roles:
+        return result.field
+    ao, state = np.array(result.field.ao), np.array(result.field.state)
+    for number, role in enumerate(world.object_roles):
+        if role is Role.LOD:
+            own = slice(int(world.first_vertex[number]), int(world.first_vertex[number + 1]))
+            ao[own], state[own] = np.nan, VertexState.UNREFERENCED
+            state[world.faces[world.first_face[number] : world.first_face[number + 1]]] = VertexState.NOT_BAKED
+    return VertexField(ao, state, result.field.report)
 
 
 def _adopted(state: State, edit: Edit, solved: VertexField) -> VertexField:
@@ -156,11 +207,11 @@ def _adopted(state: State, edit: Edit, solved: VertexField) -> VertexField:
     return VertexField(ao, state_of, solved.report)
 
 
-def _changed_vertices(state: State, edit: Edit, field: VertexField) -> Int64Array:
+def changed_vertices(state: State, edit: Edit, field: VertexField) -> Int64Array:
     """Vertices whose value is another one than the old world's, or that are new, shape (v,)."""
     former = edit.change.old_vertex
     known = former >= 0
-    differs = ~known & np.isfinite(field.ao).any(axis=1)
+    differs: BoolArray = ~known & np.isfinite(field.ao).any(axis=1)
     a, b = field.ao[known], state.result.field.ao[former[known]]
     differs[known] = ~((a == b) | (np.isnan(a) & np.isnan(b))).all(axis=1)
     return np.flatnonzero(differs).astype(np.int64)
@@ -203,8 +254,8 @@ def _report(
         changed=changed_objects(state.result.world, edit.world),
         stale=_stale(state, edit, samples, rows),
         samples=len(samples),
-        samples_checked=int(rows.check.sum()),
-        samples_whole=int(rows.whole.sum()),
+        samples_checked=len(rows.check),
+        samples_whole=len(rows.whole),
         samples_changed=len(rays.changed),
         rays_tested=rays.rays_tested,
         rays_traced=rays.rays_traced,

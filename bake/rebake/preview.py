@@ -38,13 +38,15 @@ class DeltaPreview:
         """
         samples = self._samples
         corners = self._world.faces[samples.face[rows]].astype(np.int64)
-        own: BoolArray = np.isfinite(self._before[corners]).all(axis=(1, 2)) & np.isfinite(before).all(axis=1)
+        own: BoolArray = np.asarray(
+            np.isfinite(self._before[corners]).all(axis=(1, 2)) & np.isfinite(before).all(axis=1)
+        )
         moved = np.where(own[:, None], ao - before, ao).astype(np.float64)
         first = samples.barycentric[rows].astype(np.float64)
         weights = np.column_stack([first, 1.0 - first.sum(axis=1)]) * samples.area[rows, None]
         count = self._world.vertex_count
         # A corner whose value is unknown waits for values, not for changes.
-        fresh: BoolArray = ~np.isfinite(self._before[corners]).all(axis=2)
+        fresh: BoolArray = np.asarray(~np.isfinite(self._before[corners]).all(axis=2))
         usable = fresh == ~own[:, None]
         weights = np.where(usable, weights, 0.0)
         flat = corners.ravel()

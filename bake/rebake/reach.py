@@ -17,8 +17,9 @@ import numpy as np
 
 from bake.geometry import OFFSET_ULPS
 from bake.rebake.casters import Casters, Parts
+from bake.rebake.rows import RowMap
 from bake.settings import BakeSettings, Kernel
-from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SampleSet, World
+from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array, SampleSet, World
 
 BLOCK = 512
 """Neighbouring points that are looked at together before each is looked at for itself."""
@@ -49,32 +50,57 @@ class Places:
     @staticmethod
     def of(points: Float32Array, normals: Float32Array | None = None, *, lift: float = 0.0) -> Places:
         """Points with their blocks."""
-        begins = np.arange(0, len(points), BLOCK)
-        if not len(begins):
-            return Places(points, normals, np.zeros((0, 3)), np.zeros(0), lift)
-        low = np.minimum.reduceat(points, begins).astype(np.float64)
-        high = np.maximum.reduceat(points, begins).astype(np.float64)
-        return Places(points, normals, 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1), lift)
+        return Places(points, normals, *_blocks(points), lift)
 
     @staticmethod
     def of_samples(world: World, samples: SampleSet) -> Places:
         """The points of surface samples, and the planes of their faces."""
-        corners = np.asarray(world.positions, np.float32)[world.faces]
-        edges = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        normal: Float32Array = np.cross(*edges).astype(np.float32)
+        return Places.of(*_points(world, samples.face, samples.barycentric), lift=_lift(world))
+
+    def after(self, world: World, samples: SampleSet, rows: RowMap) -> Places:
+        """The same of an edited world: computed only where samples are new or moved."""
+        assert self.normals is not None
+        rest = rows.rest
+        points, normals = rows.carried(self.points), rows.carried(self.normals)
+        points[rest], normals[rest] = _points(world, samples.face[rest], samples.barycentric[rest])
+        if rows.count != len(self) or any(now != then for now, then in rows.runs):
+            return Places.of(points, normals, lift=_lift(world))
+        centre, radius = self.centre.copy(), self.radius.copy()
+        touched = np.unique(rest // BLOCK)
+        for block in touched.tolist():
+            own = slice(block * BLOCK, (block + 1) * BLOCK)
+            centre[block : block + 1], radius[block : block + 1] = _blocks(points[own])
+        return Places(points, normals, centre, radius, _lift(world))
+
+
+def _blocks(points: Float32Array) -> tuple[Float64Array, Float64Array]:
+    begins = np.arange(0, len(points), BLOCK)
+    if not len(begins):
+        return np.zeros((0, 3)), np.zeros(0)
+    low = np.minimum.reduceat(points, begins).astype(np.float64)
+    high = np.maximum.reduceat(points, begins).astype(np.float64)
+    return 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1)
+
+
+def _points(world: World, face: Int32Array, weights: Float32Array) -> tuple[Float32Array, Float32Array]:
+    """Points of samples and the unit normals of their faces, shape (n, 3) each; a normal is 0 without an area."""
+    points, normals = np.empty((len(face), 3), np.float32), np.empty((len(face), 3), np.float32)
+    for begin in range(0, len(face), _CHUNK):
+        part = slice(begin, begin + _CHUNK)
+        corners = world.positions[world.faces[face[part]]].astype(np.float32)
+        one, other = corners[:, 0] - corners[:, 2], corners[:, 1] - corners[:, 2]
+        points[part] = corners[:, 2] + weights[part, :1] * one + weights[part, 1:] * other
+        normal = np.cross(one, other)
         length = np.linalg.norm(normal, axis=1, keepdims=True)
-        normal /= np.where(length > 0.0, length, np.float32(1.0))
-        points = np.empty((len(samples), 3), np.float32)
-        for begin in range(0, len(samples), _CHUNK):
-            part = slice(begin, begin + _CHUNK)
-            face, weights = samples.face[part], samples.barycentric[part]
-            points[part] = corners[face, 2]
-            points[part] += weights[:, :1] * -edges[1][face]
-            points[part] += weights[:, 1:] * (edges[0][face] - edges[1][face])
-        offsets = [keys.offset for keys in world.object_keys if keys.offset is not None]
-        largest = float(np.abs(corners).max(initial=0.0))
-        lift = 4.0 * OFFSET_ULPS * 2.0**-24 * largest + max(offsets, default=0.0)
-        return Places.of(points, normal[samples.face], lift=lift)
+        normals[part] = normal / np.where(length > 0.0, length, np.float32(1.0))
+    return points, normals
+
+
+def _lift(world: World) -> float:
+    """More than any ray of the world begins above its point: see `geometry.offset_distance`."""
+    offsets = [keys.offset for keys in world.object_keys if keys.offset is not None]
+    largest = float(np.abs(world.positions).max(initial=0.0))
+    return 4.0 * OFFSET_ULPS * 2.0**-24 * largest + max(offsets, default=0.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,9 +10,10 @@ from typing import Self
 import numpy as np
 
 from bake.devices import Device
-from bake.pipeline import bake
-from bake.rebake.find_edit import NoEdit, find_edit
-from bake.rebake.follow import follow
+from bake.pipeline import bake, open_tracer
+from bake.rebake.find_edit import NoEdit, find_edit, is_baked_from
+from bake.rebake.follow import follow, keeper_of
+from bake.rebake.reach import Places
 from bake.rebake.state import State
 from bake.rebake.types import Partial, RebakeOutcome, RebakeReport
 from bake.settings import BakeSettings, TracerKind
@@ -40,6 +41,7 @@ class RebakeSession:
         self._state = State(result, scene)
         self._device = device
         self._bound = bound
+        self._is_checked = scene is None
 
     @property
     def result(self) -> BakeResult:
@@ -80,8 +82,10 @@ class RebakeSession:
             DeviceError: the device failed.
         """
         clock = StageClock()
-        state = self._state
         settings = self._as_traced(settings)
+        if not self._is_checked:
+            yield from patiently("compare", self._check_scene)
+        state = self._state
         found, seconds = yield from patiently(
             "compare",
             lambda: find_edit(state, scene, settings, exact=self._bound <= 0.0, objects=objects, faces=faces),
@@ -96,11 +100,39 @@ class RebakeSession:
             before.tracer.close()
         return outcome
 
+    def prepare(self) -> Generator[Progress]:
+        """Builds ahead of time what every edit needs, so that the first one is as fast as those after it.
+
+        Raises:
+            DeviceError: the device failed.
+        """
+        if not self._is_checked:
+            yield from patiently("compare", self._check_scene)
+        state = self._state
+        result, settings = state.result, self._as_traced(state.result.settings)
+        if state.places is None:
+            places, _ = yield from patiently("reach", lambda: Places.of_samples(result.world, result.samples))
+            state = dataclasses.replace(state, places=places)
+        if state.keeper is None:
+            keeper, _ = yield from patiently("solve", lambda: keeper_of(result))
+            state = dataclasses.replace(state, keeper=keeper)
+        if state.tracer is None:
+            tracer, _ = yield from open_tracer(result.world, settings, self._device, state.fog)
+            state = dataclasses.replace(state, tracer=tracer)
+        self._state = state
+
     def close(self) -> None:
         """Frees what the session holds."""
         if self._state.tracer is not None:
             self._state.tracer.close()
         self._state = State(self._state.result, self._state.scene)
+
+    def _check_scene(self) -> None:
+        """Forgets the scene if the result was baked from another one."""
+        state = self._state
+        if state.scene is not None and not is_baked_from(state.result, state.scene):
+            self._state = dataclasses.replace(state, scene=None)
+        self._is_checked = True
 
     def _as_traced(self, settings: BakeSettings) -> BakeSettings:
         """The settings with the tracer that the result was baked with, wherever the device has it."""
