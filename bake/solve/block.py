@@ -75,7 +75,9 @@ class Block:
         front = unknowns
         for _ in range(count):
             reached = self.surface.corners[self.faces_of(front)].ravel()
-            front = np.unique(reached[~inside[reached]])
+            fresh = np.zeros(len(inside), np.bool_)
+            fresh[reached] = True
+            front = np.flatnonzero(fresh & ~inside)
             if not len(front):
                 break
             inside[front] = True
@@ -116,7 +118,7 @@ class Bake:
     @staticmethod
     def of(world: World, samples: SampleSet, ao: Float32Array, valid: BoolArray, settings: BakeSettings) -> Bake:
         """With the samples of each object found."""
-        first = np.searchsorted(samples.face, world.first_face).astype(np.int64)
+        first = np.searchsorted(samples.face, world.first_face.astype(samples.face.dtype)).astype(np.int64)
         return Bake(world, samples, ao, valid, settings, first)
 
     def extent(self) -> float:
@@ -178,8 +180,9 @@ def block_moments(bake: Bake, objects: Int64Array) -> FaceMoments:
 
 def moments_of_faces(bake: Bake, faces: Int64Array) -> FaceMoments:
     """Sums over the samples of some faces, given as sorted numbers in the world."""
-    begin = np.searchsorted(bake.samples.face, faces)
-    count = np.searchsorted(bake.samples.face, faces, side="right") - begin
+    wanted = faces.astype(bake.samples.face.dtype)  # lest all of the samples' are converted
+    begin = np.searchsorted(bake.samples.face, wanted)
+    count = np.searchsorted(bake.samples.face, wanted, side="right") - begin
     rows = np.repeat(begin - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
     local = np.repeat(np.arange(len(faces)), count)
     return sum_moments(local, len(faces), bake.samples.only(rows), bake.ao[rows], bake.valid[rows])
@@ -228,7 +231,7 @@ def square_error(corners: Int64Array, values: Float64Array, moments: FaceMoments
     errors = np.zeros(values.shape[1])
     for k in range(values.shape[1]):
         x = values[:, k][corners]
-        square = (moments.square * x * x + 2.0 * moments.mixed * x * np.roll(x, -1, axis=1)).sum()
+        square = (moments.square * x * x + 2.0 * moments.mixed * x * x[:, [1, 2, 0]]).sum()
         errors[k] = square - 2.0 * (moments.value[:, :, k] * x).sum() + moments.value_square[:, k].sum()
     return errors
 

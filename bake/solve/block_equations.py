@@ -21,7 +21,7 @@ from bake.solve.scatter import scatter_add
 from bake.solve.system import Equations, build_equations
 from bake.types import Int64Array
 
-WORTHWHILE = 0.4
+WORTHWHILE = 0.3
 """Share of the block's faces beyond which all of it is assembled."""
 
 
@@ -71,7 +71,7 @@ def _zone(block: Block, moments: FaceMoments, faces: Int64Array) -> Int64Array:
     if len(front):
         while len(front):
             reached = block.surface.corners[block.faces_of(front)].ravel()
-            front = np.unique(reached[either[reached] & ~near[reached]])
+            front = _distinct(reached[either[reached] & ~near[reached]], len(near))
             near[front] = True
         near = block.rings(np.flatnonzero(near & either | block.rings(touched, 0)), 2)
     return np.flatnonzero(near)

@@ -104,7 +104,7 @@ def solve_block(
     touched = np.zeros(len(x), np.bool_)
     iterations = 0
     for _ in range(MOST_PATCHES):
-        miss = AMPLIFIED * np.abs(projected(gradient, x)).max(axis=1) / weight
+        miss = AMPLIFIED * _miss(gradient, x) / weight
         if ignored is not None:
             miss[ignored] = 0.0
         seeds = np.flatnonzero(miss > tolerance)
@@ -125,9 +125,14 @@ def solve_block(
     return solve_whole(replace(after, values=x), alpha, mapping, tolerance, columns)
 
 
-def projected(gradient: Float64Array, x: Float64Array) -> Float64Array:
-    """The part of the gradient that the bounds let count."""
-    return np.where(x <= 0.0, np.minimum(gradient, 0.0), np.where(x >= 1.0, np.maximum(gradient, 0.0), gradient))
+def _miss(gradient: Float64Array, x: Float64Array) -> Float64Array:
+    """Magnitude of the part of the gradient that the bounds let count, the largest over the distances, shape (u,)."""
+    largest = np.zeros(len(x))
+    for k in range(x.shape[1]):
+        part = np.where(x[:, k] <= 0.0, np.minimum(gradient[:, k], 0.0), gradient[:, k])
+        np.maximum(part, 0.0, out=part, where=x[:, k] >= 1.0)
+        np.maximum(largest, np.abs(part), out=largest)
+    return largest
 
 
 def _weight(equations: Equations, alpha: float, pull: Float64Array) -> Float64Array:
@@ -141,10 +146,12 @@ def _weight(equations: Equations, alpha: float, pull: Float64Array) -> Float64Ar
 
 def _vertices(block: Block, held: BoolArray) -> Int64Array:
     """Vertices of the world whose value is held, per distance."""
-    if not held.any():
-        return np.zeros(held.shape[1], np.int64)
-    unknown = block.surface.unknown
-    return held[unknown[unknown >= 0]].sum(axis=0)
+    counts = np.zeros(held.shape[1], np.int64)
+    if held.any():
+        unknown = block.surface.unknown
+        for k in range(len(counts)):
+            counts[k] = np.count_nonzero(held[:, k][unknown] & (unknown >= 0))
+    return counts
 
 
 def _gradient(block: Block, equations: Equations, zone: Int64Array, alpha: float, pull: Float64Array) -> Float64Array:
@@ -263,7 +270,7 @@ def solve_whole(block: Block, alpha: float, mapping: MappingKind, tolerance: flo
     done = _finished(block, values, gradient, held, failed, tolerance, pull)
     if within is None:
         return Solved(done, iterations, residual, len(x))
-    miss = AMPLIFIED * np.abs(projected(gradient, values)).max(axis=1) / weight
+    miss = AMPLIFIED * _miss(gradient, values) / weight
     return Solved(done, iterations, residual, len(x), float(miss[~back].max(initial=0.0)))
 
 

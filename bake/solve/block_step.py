@@ -114,6 +114,14 @@ class BlockStep:
         """The block's number before; -1 for a new one."""
         return self._group.before
 
+    def another(self, block: Block | None) -> bool:
+        """Whether a block's values or states differ from those before; none is one at rest."""
+        if block is None or self._before is None:
+            return block is not None
+        return block.values is not self._before.values or not np.array_equal(
+            block.equations.starved, self._before.equations.starved
+        )
+
     def resting(self, settings: BakeSettings, old: BakeSettings, tolerance: float) -> bool:
         """Whether nothing is left to be done."""
         same = (settings.alpha, settings.mapping) == (old.alpha, old.mapping)

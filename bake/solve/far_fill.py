@@ -95,8 +95,13 @@ def find_sources(
     at = np.concatenate([place.position[place.lost] for place in places])
     carried = np.flatnonzero(from_block >= 0)
     anew_block, anew_unknown = _newly_known(places, before)
+    points = np.zeros((0, 3))
     if len(carried) and len(anew_block):
         points = np.concatenate([places[b].position[anew_unknown[anew_block == b]] for b in np.unique(anew_block)])
+        low, high = points.min(axis=0), points.max(axis=0)
+        least = np.linalg.norm(at[carried] - np.clip(at[carried], low, high), axis=1)
+        carried = carried[least <= distance[carried] * (1.0 + TIED)]
+    if len(carried) and len(anew_block):
         found, apart = nearest_in(cKDTree(points), at[carried])
         number, held = (anew_block[found], anew_unknown[found]), (from_block[carried], from_unknown[carried])
         earlier = (number[0] < held[0]) | ((number[0] == held[0]) & (number[1] < held[1]))

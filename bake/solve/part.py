@@ -43,23 +43,24 @@ def part_of(whole: Surface, rows: Int64Array) -> SurfacePart:
         whole: A surface.
         rows: Shape (m,), int64, sorted: rows of `Surface.corners`.
     """
-    unknowns = np.unique(whole.corners[rows])
-    corners = np.searchsorted(unknowns, whole.corners[rows])
-    used = np.unique(whole.face_edge[rows])
-    used = used[used >= 0]
-    face_edge = np.where(whole.face_edge[rows] >= 0, np.searchsorted(used, whole.face_edge[rows]), -1)
-    edges = np.searchsorted(unknowns, whole.edges[used])
+    unknowns, own = _numbered(whole.corners[rows], whole.unknown_count)
+    corners = own[whole.corners[rows]]
+    sides = whole.face_edge[rows]
+    used, own_edge = _numbered(sides[sides >= 0], len(whole.edges))
+    face_edge = np.where(sides >= 0, own_edge[sides], -1) if len(used) else sides
+    edges = own[whole.edges[used]]
 
-    inside = np.zeros(len(whole.corners), np.bool_)
-    inside[rows] = True
+    own_row = np.full(len(whole.corners), -1, np.int64)
+    own_row[rows] = np.arange(len(rows))
+    inside = own_row >= 0
     wings = whole.butterflies
     kept = np.flatnonzero(inside[wings.faces[:, 0]] & inside[wings.faces[:, 1]])
     butterflies = Butterflies(
-        stencil=np.searchsorted(unknowns, wings.stencil[kept]).astype(np.int32),
+        stencil=own[wings.stencil[kept]].astype(np.int32),
         operator=wings.operator[kept],
-        hinge=np.searchsorted(used, wings.hinge[kept]).astype(np.int32),
-        sides=np.searchsorted(used, wings.sides[kept]).astype(np.int32),
-        faces=np.searchsorted(rows, wings.faces[kept]).astype(np.int32),
+        hinge=own_edge[wings.hinge[kept]].astype(np.int32),
+        sides=own_edge[wings.sides[kept]].astype(np.int32),
+        faces=own_row[wings.faces[kept]].astype(np.int32),
         degenerate=0,
     )
     row = np.full(len(whole.row), -1, np.int64)
@@ -82,3 +83,13 @@ def part_of(whole: Surface, rows: Int64Array) -> SurfacePart:
         order=order,
     )
     return SurfacePart(surface, rows, unknowns, used, kept)
+
+
+def _numbered(members: Int64Array, size: int) -> tuple[Int64Array, Int64Array]:
+    """Distinct numbers below `size`, sorted, and the place of each of them, shape (size,), -1 for the others."""
+    seen = np.zeros(size, np.bool_)
+    seen[members] = True
+    distinct = np.flatnonzero(seen)
+    place = np.full(size, -1, np.int64)
+    place[distinct] = np.arange(len(distinct))
+    return distinct, place

@@ -112,22 +112,14 @@ class Equations:
 
     def entries(self, alpha: float, places: Int64Array) -> Float64Array:
         """The matrix's entries at some places of the surface's pattern, any shape."""
-        source = self.surface.order[places].astype(np.int64)
-        edges, wings = len(self.edges), len(self.common.wings)
-        on_diagonal = source >= 2 * (edges + wings)
-        entries = np.empty(len(source))
-        entries[on_diagonal] = self.main_diagonal(alpha)[source[on_diagonal] - 2 * (edges + wings)]
-        source %= edges + wings
-        for kind, begin, end in ((0, 0, edges), (1, edges, edges + wings)):
-            here = np.flatnonzero(~on_diagonal & (source >= begin) & (source < end))
-            at = source[here] - begin
-            values = alpha * (self.common.wings if kind else self.common.edges)[at]
-            if not kind:
-                values += self.edges[at]
-            if self.own is not None:
-                values += (self.own.wings if kind else self.own.edges)[at]
-            entries[here] = values
-        return entries
+        edges, wings = self.edges + alpha * self.common.edges, alpha * self.common.wings
+        if self.own is not None:
+            edges += self.own.edges
+            wings += self.own.wings
+        values = np.concatenate([edges, wings, self.main_diagonal(alpha)])
+        source = self.surface.order[places]
+        source[source >= len(edges) + len(wings)] -= len(edges) + len(wings)  # the second of the two triangles
+        return values[source]
 
     def system(self, alpha: float) -> System:
         """The system for the alpha of objects that have none of their own."""

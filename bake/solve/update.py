@@ -194,7 +194,9 @@ class FieldKeeper:
         )
         now = {id(step): one.block for step, one in zip(moving, solved, strict=True)}
         blocks = [now.get(id(step), step.block) for step in steps]
-        field = _field_after(bake, blocks, [id(step) in now for step in steps], solved, matches, before, state)
+        field = _field_after(
+            bake, blocks, [step.another(now.get(id(step))) for step in steps], solved, matches, before, state
+        )
         bound = max((one.missed for one in solved), default=0.0)
         keeper = FieldKeeper.__new__(FieldKeeper)
         keeper.field, keeper._state = field, _State(bake, tuple(blocks), sources, extent, old.mean_area)
@@ -203,7 +205,8 @@ class FieldKeeper:
 
     def _carried(self, world: World, change: WorldChange | None, columns: int) -> tuple[Float32Array, UInt8Array]:
         """Values and states of before at the world's vertices; NaN and `NONE` where there were none."""
-        if change is None:
+        count = len(self.field.ao)
+        if change is None or (world.vertex_count == count and np.array_equal(change.old_vertex, np.arange(count))):
             return self.field.ao, self.field.state
         ao = np.full((world.vertex_count, columns), np.nan, np.float32)
         state = np.full(world.vertex_count, NONE, np.uint8)
