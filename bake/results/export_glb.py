@@ -32,6 +32,7 @@ from bake.results.glb_attributes import AoWriter, SourceLayout
 from bake.results.glb_build import build_document
 from bake.results.glb_container import read_container
 from bake.results.glb_decorators import annotate_nodes, annotate_tree_meshes
+from bake.results.glb_placing import place_nodes
 from bake.results.storage import replacing
 from bake.types import BakeResult, Finding, Scene, SceneObject
 
@@ -79,6 +80,8 @@ def write_glb_export(
             Finding(uri, "image-left-out", 1, "The image is not there, so the export still refers to it.")
             for uri in container.left_out
         ]
+        scene, place_findings = place_nodes(container, scene)
+        findings += place_findings
         writer = AoWriter(container, result, column if color else None)
         _annotate(writer, scene)
         instance_means, instance_findings = _annotate_instances(writer, scene)
