@@ -138,8 +138,10 @@ def test_the_panel_of_an_explanation(shown: Window, qtbot: QtBot) -> None:
     with qtbot.waitSignal(part.live.spot_without, timeout=PATIENCE_MS) as asked:
         hover_row(panel, 0)  # the real cursor may be elsewhere, and say so at any time
     assert np.all(asked.args[0].after >= asked.args[0].before - 0.05)
-    panel.hover.rested.emit(0)
-    assert "→" in panel._without.text()
+    panel.hover.rested.emit(-1)
+    qtbot.waitUntil(lambda: not part.live.is_asked("without"), timeout=PATIENCE_MS)  # of the dome, and of the row
+    panel.hover.rested.emit(panel.view.proxy.mapToSource(panel.view.proxy.index(0, 0)).row())
+    qtbot.waitUntil(lambda: "→" in panel._without.text(), timeout=PATIENCE_MS)
     assert panel.occluder() == -1
     leave(panel)
     panel.hover.rested.emit(-1)
