@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +22,13 @@ class Measurements:
         name: The benchmark's name.
         rows: One a measurement; units stand in the keys, `passed` says whether a gate held.
         notes: How it was measured, in sentences.
+        seeds: What decides what is random, by name; some say it in their notes.
     """
 
     name: str
     rows: Sequence[Row]
     notes: Sequence[str] = ()
+    seeds: Mapping[str, int] = field(default_factory=dict[str, int])
 
     @property
     def passed(self) -> bool:
@@ -39,6 +41,7 @@ class Measurements:
             "bench": self.name,
             "machine": machine(),
             "versions": versions(),
+            "seeds": dict(self.seeds),
             "notes": list(self.notes),
             "rows": [dict(row) for row in self.rows],
         }
