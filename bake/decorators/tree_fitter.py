@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -52,6 +53,18 @@ class FittedTrees:
         )
 
 
+class FitsKnown(Protocol):
+    """Fits that an edit of the scene leaves as they are."""
+
+    def fit(self, number: int) -> GlobalFit | None:
+        """The fit of a tree; None if it has to be found."""
+        ...
+
+    def errors(self, number: int) -> Float64Array | None:
+        """Errors of a tree's models, shape (3, k), as in `FittedTrees.rmse`; None if they have to be found."""
+        ...
+
+
 class MeshFitter:
     """Fits the trees of one mesh.
 
@@ -75,20 +88,36 @@ class MeshFitter:
         """The samples on one of the trees."""
         return place(self._samples, self.mesh, self._world, number)
 
-    def fitted(self, volume: TreeVolume, tracer: SurfaceTracer, part: slice) -> FittedTrees:
-        """Against the gold signal of the volume, like against like: local AO as a volume shows it."""
-        numbers = self.trees[part]
+    def fitted(
+        self, volume: TreeVolume, tracer: SurfaceTracer, numbers: Sequence[int], known: FitsKnown | None = None
+    ) -> FittedTrees:
+        """Against the gold signal of the volume, like against like: local AO as a volume shows it.
+
+        Args:
+            volume: As baked.
+            tracer: Of the whole scene, for the errors.
+            numbers: Which of the trees.
+            known: Fits and errors that need not be found again.
+        """
         centre = self._centres(numbers)
-        usual: Float64Array = np.mean(np.stack(list(self.seen.values())), axis=0)
+        usual: Float64Array | None = np.mean(np.stack(list(self.seen.values())), axis=0) if self.seen else None
         fits: list[GlobalFit] = []
         errors: list[Float64Array] = []
         for number, middle in zip(numbers, centre, strict=True):
-            placed = self.placed(number)
-            offsets = placed.points - middle
-            gold = _gold(volume, placed)
-            fits.append(fit_global(gold, self.seen.get(number, usual), offsets, placed.area))
-            models = (_linear(gold, offsets, placed.area), fits[-1].at(offsets) * self._local, gold)
-            errors.append(self._errors(tracer, placed, models))
+            fit = None if known is None else known.fit(number)
+            error = None if known is None else known.errors(number)
+            if fit is None or error is None:
+                placed = self.placed(number)
+                offsets = placed.points - middle
+                gold = _gold(volume, placed)
+                if fit is None:
+                    assert usual is not None, "trees are fitted after their mesh was seen alone"
+                    fit = fit_global(gold, self.seen.get(number, usual), offsets, placed.area)
+                if error is None:
+                    models = (_linear(gold, offsets, placed.area), fit.at(offsets) * self._local, gold)
+                    error = self._errors(tracer, placed, models)
+            fits.append(fit)
+            errors.append(error)
         return FittedTrees(self._model, centre, tuple(fits), np.array(errors))
 
     def refined(self, volume: TreeVolume, tracer: SurfaceTracer) -> Generator[float, None, FittedTrees]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -113,13 +114,18 @@ def as_sample_set(placed: PlacedSamples, world: World, seed: int) -> SampleSet:
         barycentric=np.ascontiguousarray(placed.weights[:, :2], np.float32),
         area=placed.area.astype(np.float32),
         index=index.astype(np.int32),
-        face_seed=_face_seeds(world.face_count, seed),
+        face_seed=_face_seeds(world.object_paths, world.first_face.tobytes(), seed),
     )
 
 
 @lru_cache(maxsize=2)  # a fit and its check, for one tree after the other of a world with millions of faces
-def _face_seeds(face_count: int, seed: int) -> np.ndarray[tuple[int], np.dtype[np.uint32]]:
+def _face_seeds(paths: tuple[str, ...], first_face: bytes, seed: int) -> np.ndarray[tuple[int], np.dtype[np.uint32]]:
+    """A scramble for each face from its object's path and its number there: stable under edits elsewhere."""
+    counts = np.diff(np.frombuffer(first_face, np.int64))
+    names = np.array([zlib.crc32(path.encode()) for path in paths], np.uint32)
     with np.errstate(over="ignore"):
-        seeds = hash_u32(np.arange(face_count, dtype=np.uint32) + hash_u32(np.full(1, seed, np.uint32)))
+        objects = np.repeat(hash_u32(names ^ hash_u32(np.full(1, ~seed & 0xFFFFFFFF, np.uint32))), counts)
+        local = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
+        seeds = hash_u32(objects + hash_u32(local.astype(np.uint32)))
     seeds.flags.writeable = False
     return seeds

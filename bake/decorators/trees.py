@@ -5,22 +5,38 @@ from __future__ import annotations
 import time
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 
 from bake.decorator_types import TreeFits, TreeModel, TreeVolume
 from bake.decorators.local_ao import StagesLent, bake_alone, representatives, seen_by_volume, trees_by_mesh
 from bake.decorators.tracing import TreeTracer
-from bake.decorators.tree_fitter import FittedTrees, MeshFitter
-from bake.decorators.volume import trace_volume, tree_boxes
-from bake.decorators.volume_grid import build_grid
+from bake.decorators.tree_fitter import FitsKnown, FittedTrees, MeshFitter
+from bake.decorators.volume import KnownVoxels, trace_volume, tree_boxes
+from bake.decorators.volume_grid import VoxelGrid, build_grid
 from bake.settings import BakeSettings
 from bake.stages import StageClock
 from bake.types import Finding, Progress, Scene, World
 
 _T = TypeVar("_T")
 _LONG_GROUP = 64  # trees fitted between two signs of life
+
+
+class TreesKnown(FitsKnown, Protocol):
+    """What of the trees an edit of the scene leaves as it is."""
+
+    def voxels(self, grid: VoxelGrid) -> KnownVoxels | None:
+        """Voxels that need not be traced; None if all have to be."""
+        ...
+
+    def model(self, mesh: int, trees: Sequence[int]) -> TreeModel | None:
+        """The local AO of a mesh with these instances; None if it has to be baked."""
+        ...
+
+    def fits_anew(self, trees: Sequence[int], model: TreeModel, volume: TreeVolume) -> bool:
+        """Whether any of a mesh's trees has to be fitted again; told before `fit` and `errors` are asked."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +55,14 @@ class BakedTrees:
 
 
 def bake_trees(
-    scene: Scene, world: World, settings: BakeSettings, tracer: TreeTracer, stages: StagesLent, clock: StageClock
+    scene: Scene,
+    world: World,
+    settings: BakeSettings,
+    tracer: TreeTracer,
+    stages: StagesLent,
+    clock: StageClock,
+    *,
+    known: TreesKnown | None = None,
 ) -> Generator[Progress, None, BakedTrees | None]:
     """Bakes all trees of a scene: volume, local AO a mesh, global AO a tree (Sloan et al. 2013, section 2.2).
 
@@ -49,6 +72,7 @@ def bake_trees(
         tracer: Of the whole world, open.
         stages: What baking a tree alone needs.
         clock: Gets the rows "tree volume", "trees" (each mesh alone) and "fit trees".
+        known: What need not be found again after an edit; not with `refine_local`.
 
     Returns:
         None if there are no trees, or none with faces, or the settings skip them; the row "trees" says so.
@@ -58,8 +82,8 @@ def bake_trees(
         clock.skipped("trees", "asked for by --skip" if "trees" in settings.skip else "no trees in the scene")
         return None
     findings: list[Finding] = []
-    volume = yield from _volume(scene, world, groups, settings, tracer, clock, findings)
-    fitters = yield from _local(scene, world, groups, volume.spacing, settings, stages, clock)
+    volume = yield from _volume(scene, world, groups, settings, tracer, clock, findings, known)
+    fitters = yield from _local(scene, world, groups, volume, settings, stages, clock, known)
     begin = time.perf_counter()
     fitted: list[FittedTrees] = []
     for fitter in fitters:
@@ -70,7 +94,7 @@ def bake_trees(
         parts: list[FittedTrees] = []
         for first in range(0, len(fitter.trees), _LONG_GROUP):
             yield Progress("fit trees", first, len(fitter.trees), _since(begin))
-            parts.append(fitter.fitted(volume, tracer, slice(first, first + _LONG_GROUP)))
+            parts.append(fitter.fitted(volume, tracer, fitter.trees[first : first + _LONG_GROUP], known))
         fitted.append(FittedTrees.joined(parts))
     fits = _fits(groups, fitted)
     rays = sum(fitter.rays for fitter in fitters)
@@ -86,6 +110,7 @@ def _volume(
     tracer: TreeTracer,
     clock: StageClock,
     findings: list[Finding],
+    known: TreesKnown | None,
 ) -> Generator[Progress, None, TreeVolume]:
     begin, directions = time.perf_counter(), settings.volume_directions
     trees = np.sort(np.concatenate([np.array(group, np.int64) for group in groups.values()]))
@@ -95,9 +120,15 @@ def _volume(
     if grid.spacing > settings.volume_spacing:
         detail = f"the tree volume would need too many voxels, so its spacing is {grid.spacing:.3g} m"
         findings.append(Finding(where, "tree-volume-coarsened", len(grid.voxel), detail))
-    total = len(grid.voxel) * directions
+    voxels = None if known is None else known.voxels(grid)
+    total = (len(grid.voxel) if voxels is None else int(np.count_nonzero(voxels.wanted))) * directions
     work = trace_volume(
-        grid, tracer, directions=directions, back_face_threshold=settings.back_face_threshold, seed=settings.seed
+        grid,
+        tracer,
+        directions=directions,
+        back_face_threshold=settings.back_face_threshold,
+        seed=settings.seed,
+        known=voxels,
     )
     while True:
         try:
@@ -119,10 +150,11 @@ def _local(
     scene: Scene,
     world: World,
     groups: Mapping[int, Sequence[int]],
-    spacing: float,
+    volume: TreeVolume,
     settings: BakeSettings,
     stages: StagesLent,
     clock: StageClock,
+    known: TreesKnown | None,
 ) -> Generator[Progress, None, list[MeshFitter]]:
     """Bakes each mesh alone, as a surface and, where it is to be compared with the volume, as a volume."""
     begin, rays = time.perf_counter(), 0
@@ -137,17 +169,21 @@ def _local(
                 return stop.value
             yield Progress("trees", rays, 0, _since(begin), rays / _since(begin))
 
+    alone = 0
     for mesh, trees in groups.items():
-        model = yield from run(bake_alone(scene, mesh, [scene.objects[i] for i in trees], settings, stages))
+        model = None if known is None else known.model(mesh, trees)
+        if model is None:
+            alone += 1
+            model = yield from run(bake_alone(scene, mesh, [scene.objects[i] for i in trees], settings, stages))
         fitter = MeshFitter(scene.meshes[mesh], world, model, trees, settings)
-        if not settings.refine_local:
+        if not settings.refine_local and (known is None or known.fits_anew(trees, model, volume)):
             for number in np.array(trees)[representatives(len(trees))]:
                 number = int(number)
                 fitter.seen[number] = yield from run(
-                    seen_by_volume(world, number, fitter.placed(number), spacing, settings, stages)
+                    seen_by_volume(world, number, fitter.placed(number), volume.spacing, settings, stages)
                 )
         fitters.append(fitter)
-    clock.ran("trees", f"{len(fitters)} baked alone", _since(begin), rays)
+    clock.ran("trees", f"{alone} of {len(fitters)} baked alone", _since(begin), rays)
     return fitters
 
 

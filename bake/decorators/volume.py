@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bake.arrays import BoolArray, Float32Array, Float64Array, Int64Array, UInt16Array, UInt32Array
+from bake.arrays import BoolArray, Float32Array, Float64Array, Int64Array, UInt32Array
 from bake.decorator_types import TreeVolume
 from bake.decorators.harmonics import ambient_obscurance
 from bake.decorators.tracing import SphereTracer
@@ -33,8 +34,29 @@ def tree_boxes(
     return np.minimum(low, low.astype(np.float32)), np.maximum(high, high.astype(np.float32))
 
 
+@dataclass(frozen=True, slots=True)
+class KnownVoxels:
+    """Voxels of a grid that need not be traced.
+
+    Attributes:
+        sh: Shape (v, 9, k), float32: as traced, where it is known and valid.
+        valid: Shape (v,), bool: where it is known.
+        wanted: Shape (v,), bool: those to be traced.
+    """
+
+    sh: Float32Array
+    valid: BoolArray
+    wanted: BoolArray
+
+
 def trace_volume(
-    grid: VoxelGrid, tracer: SphereTracer, *, directions: int, back_face_threshold: float, seed: int
+    grid: VoxelGrid,
+    tracer: SphereTracer,
+    *,
+    directions: int,
+    back_face_threshold: float,
+    seed: int,
+    known: KnownVoxels | None = None,
 ) -> Generator[int, None, tuple[TreeVolume, int]]:
     """Traces every voxel and fills the invalid ones (Sloan et al. 2013, section 2.2).
 
@@ -47,6 +69,7 @@ def trace_volume(
         directions: Rays a voxel, over the sphere.
         back_face_threshold: Largest share of back faces among the hits of a valid voxel.
         seed: The bake's.
+        known: What need not be traced.
 
     Yields:
         How many voxels are done.
@@ -55,19 +78,23 @@ def trace_volume(
         The volume, and how many voxels had no valid one to be filled from and count as open.
     """
     points, seeds = grid.positions.astype(np.float32), voxel_seeds(grid, seed)
+    rows = np.arange(len(points)) if known is None else np.flatnonzero(known.wanted)
     size = max(1, _RAYS_A_BATCH // directions)
     sh: list[Float32Array] = []
-    hits: list[UInt16Array] = []
-    back_faces: list[UInt16Array] = []
-    for begin in range(0, len(points), size):
-        part = slice(begin, begin + size)
+    judged: list[BoolArray] = []
+    for begin in range(0, len(rows), size):
+        part = rows[begin : begin + size]
         counts = tracer.gather_sphere(points[part], seeds[part], directions)
         sh.append(counts.sh)
-        hits.append(counts.hits)
-        back_faces.append(counts.back_faces)
-        yield min(begin + size, len(points))
-    valid: BoolArray = np.concatenate(back_faces) <= back_face_threshold * np.concatenate(hits)
-    filled, lost = fill_invalid(grid.voxel, np.concatenate(sh), valid)
+        judged.append(counts.back_faces <= back_face_threshold * counts.hits)
+        yield min(begin + size, len(rows))
+    if known is None:
+        harmonics, valid = np.concatenate(sh), np.concatenate(judged)
+    else:
+        harmonics, valid = known.sh.copy(), known.valid.copy()
+        if len(rows):
+            harmonics[rows], valid[rows] = np.concatenate(sh), np.concatenate(judged)
+    filled, lost = fill_invalid(grid.voxel, harmonics, valid)
     volume = TreeVolume(
         origin=grid.origin,
         spacing=grid.spacing,

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Generator
 
 import numpy as np
 
+from bake.decorator_types import SmallScalars, TreeFits
 from bake.decorators.resampling import Resampling, resample_surfaces
 from bake.decorators.trees import BakedTrees, bake_trees
 from bake.devices import Device
 from bake.pipeline import lent_stages, open_tracer
+from bake.rebake.known_trees import KnownTrees
 from bake.rebake.setting_changes import REGIONS, SAMPLES, SMALL, SOLVE, SPACE, TREES
 from bake.rebake.state import Edit, State
 from bake.regions.model_findings import KINDS
@@ -41,17 +44,32 @@ _NOT_REACHED = "carried: the edit does not reach it"
 
 
 def rebaked_trees(
-    state: State, edit: Edit, tracer: Tracer, device: Device, clock: StageClock
-) -> Generator[Progress, None, BakedTrees | None]:
-    """Trees: all of them anew, if anything changed for rays or for one of them; else carried."""
+    state: State, edit: Edit, tracer: Tracer, device: Device, clock: StageClock, *, bound: float
+) -> Generator[Progress, None, tuple[BakedTrees | None, KnownTrees | None]]:
+    """Trees: what of them an edit can reach anew, all else carried."""
     before, decorators = state.result, state.result.decorators
     changed = edit.settings_change.any_of(SOLVE, SAMPLES, TREES)
-    if decorators is not None and decorators.fits is not None and not changed and not _differ(state, edit, Role.TREE):
-        assert decorators.volume is not None
-        for name in ("tree volume", "trees", "fit trees"):
-            clock.skipped(name, _NOT_REACHED)
-        return BakedTrees(decorators.volume, decorators.models, decorators.fits, _findings(before, TREE_FINDINGS))
-    return (yield from bake_trees(edit.scene, edit.world, edit.settings, tracer, lent_stages(device), clock))
+    known: KnownTrees | None = None
+    if decorators is not None and decorators.fits is not None and decorators.volume is not None and not changed:
+        if not _differ(state, edit, Role.TREE):
+            for name in ("tree volume", "trees", "fit trees"):
+                clock.skipped(name, _NOT_REACHED)
+            carried = BakedTrees(
+                decorators.volume, decorators.models, _renumbered(state, edit, decorators.fits),
+                _findings(before, TREE_FINDINGS),
+            )  # fmt: skip
+            return carried, None
+        if not edit.settings.refine_local:
+            known = KnownTrees(state, edit, bound)
+    lent = lent_stages(device)
+    trees = yield from bake_trees(edit.scene, edit.world, edit.settings, tracer, lent, clock, known=known)
+    return trees, known
+
+
+def _renumbered(state: State, edit: Edit, fits: TreeFits) -> TreeFits:
+    """The same fits with the objects' numbers as they are now."""
+    objects = edit.change.new_object[fits.object].astype(np.int32)
+    return dataclasses.replace(fits, object=objects)
 
 
 def rebaked_regions(
@@ -90,8 +108,8 @@ def rebaked_around(
             clock.skipped(name, _NOT_REACHED)
         return Resampling(
             _with_levels(state, edit, solved),
-            None if decorators is None else decorators.shrub_scalars,
-            None if decorators is None else decorators.small_scalars,
+            _small(edit, None if decorators is None else decorators.shrub_scalars),
+            _small(edit, None if decorators is None else decorators.small_scalars),
             (*_findings(before, SMALL_FINDINGS), *_filled_levels(state)),
         )
     return (
@@ -108,6 +126,12 @@ def rebaked_around(
     )
 
 
+def _small(edit: Edit, scalars: SmallScalars | None) -> SmallScalars | None:
+    if scalars is None:
+        return None
+    return dataclasses.replace(scalars, object=edit.change.new_object[scalars.object].astype(np.int32))
+
+
 def _differ(state: State, edit: Edit, role: Role, *, rays: bool = True) -> bool:
     """Whether the objects of a role are others than before, or anything is for rays."""
 
@@ -116,12 +140,8 @@ def _differ(state: State, edit: Edit, role: Role, *, rays: bool = True) -> bool:
         return [(path, digest) for path, digest, own in rows if own is role]
 
     old, new = state.result.world, edit.world
-    numbers = old.object_paths == new.object_paths
-    return (
-        (rays and len(edit.casters) > 0)
-        or not numbers
-        or those(old.object_paths, old.object_hash, old.object_roles)
-        != those(new.object_paths, new.object_hash, new.object_roles)
+    return (rays and len(edit.casters) > 0) or those(old.object_paths, old.object_hash, old.object_roles) != those(
+        new.object_paths, new.object_hash, new.object_roles
     )
 
 

@@ -15,6 +15,7 @@ from bake.rebake.decorated import rebaked_around, rebaked_regions, rebaked_trees
 from bake.rebake.reach import Places
 from bake.rebake.rows import samples_after
 from bake.rebake.setting_changes import SAMPLES, SOLVE
+from bake.rebake.skipped_after import skipped_after
 from bake.rebake.state import Edit, State
 from bake.rebake.surface_rows import SurfaceRows, plan_rows
 from bake.rebake.surface_trace import SurfaceRays, trace_rows
@@ -30,7 +31,6 @@ from bake.types import (
     Progress,
     Role,
     SampleSet,
-    Skipped,
     VertexField,
     VertexState,
 )
@@ -73,7 +73,7 @@ def follow(
         field = _adopted(state, edit, update.field)
         shown = changed_vertices(state, edit, field)
         yield Partial(shown, field.ao[shown], rays.rays_traced, rays.rays_traced, final=True)
-        trees = yield from rebaked_trees(state, edit, tracer, device, clock)
+        trees, known_trees = yield from rebaked_trees(state, edit, tracer, device, clock, bound=bound)
         dynamic = yield from rebaked_regions(state, edit, tracer, clock)
         around = yield from rebaked_around(state, edit, field, changed=len(shown) > 0, device=device, clock=clock)
     except BaseException:
@@ -111,7 +111,7 @@ def follow(
         versions=versions(),
         decorators=None if decorators == Decorators() else decorators,
         regions=dynamic.regions if dynamic else None,
-        skipped=_skipped(rows.skipped),
+        skipped=skipped_after(state, rows.skipped, trees, known_trees),
         stale=_stale(state, edit, samples, rows),
     )
     vertices = changed_vertices(state, edit, around.field)
@@ -215,13 +215,6 @@ def changed_vertices(state: State, edit: Edit, field: VertexField) -> Int64Array
     a, b = field.ao[known], state.result.field.ao[former[known]]
     differs[known] = ~((a == b) | (np.isnan(a) & np.isnan(b))).all(axis=1)
     return np.flatnonzero(differs).astype(np.int64)
-
-
-def _skipped(samples: np.ndarray) -> Skipped | None:
-    if not samples.any():
-        return None
-    nothing = np.zeros(0, np.float32)
-    return Skipped(samples, nothing, nothing, nothing)
 
 
 def _stale(state: State, edit: Edit, samples: SampleSet, rows: SurfaceRows) -> tuple[str, ...]:
