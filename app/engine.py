@@ -174,7 +174,7 @@ class Engine(QObject):
     def cancel_rebake(self) -> None:
         """Stops the rebake that waits or runs, and no other job."""
         self._drop_waiting("rebake")
-        if isinstance(self._active, RebakeJob) and not self._answered:
+        if isinstance(self._active, RebakeJob) and not self._active.prepare and not self._answered:
             self._stop_active()
 
     def cancel_task(self, purpose: str) -> None:

@@ -71,6 +71,7 @@ class RebakeJob:
         camera: Four rows that take a point, metres from the world's origin, to the picture's homogeneous
             coordinates: what lies in the picture comes first. None for no preference.
         bound: Most AO that may be skipped for a sample.
+        prepare: Only build what every rebake of the result needs; the next rebake then waits for it.
         purpose: Always the same.
     """
 
@@ -81,6 +82,7 @@ class RebakeJob:
     objects: tuple[str, ...] | None = None
     camera: tuple[float, ...] | None = None
     bound: float = 1.0 / 512.0
+    prepare: bool = False
     purpose: str = "rebake"
 
 
@@ -159,10 +161,10 @@ class RebakeValues:
 
 @dataclass(frozen=True, slots=True)
 class RebakeDone:
-    """The result is committed; seconds until the values were final, and until they were stored."""
+    """The result is committed; seconds until the values were final and stored. No report: it was only prepared for."""
 
     id: int
-    report: RebakeReport
+    report: RebakeReport | None
     seconds: tuple[float, float]
 
 

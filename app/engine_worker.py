@@ -38,6 +38,7 @@ from app.engine_protocol import (
     TaskJob,
 )
 from app.rebake_worker import RebakeKeeper
+from app.solve_worker import SolveKeeper
 from bake.errors import Cancelled, ObscuraError
 from bake.settings import BakeSettings
 from bake.types import BakeResult, Progress, VertexField
@@ -87,27 +88,29 @@ def run_worker(connection: Connection, cancelled_id: Any, bake: Bake = bake_job)
     root = logging.getLogger()
     root.addHandler(_PipeHandler(connection))
     root.setLevel(logging.INFO)
-    keeper = RebakeKeeper()
+    keepers = (RebakeKeeper(), SolveKeeper())
     try:
         connection.send(Ready(os.getpid()))
         while not isinstance(job := connection.recv(), Stop):
-            _serve(connection, cancelled_id, bake, keeper, job)
+            _serve(connection, cancelled_id, bake, keepers, job)
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return  # the window is gone
 
 
-def _serve(connection: Connection, cancelled_id: Any, bake: Bake, keeper: RebakeKeeper, job: Job) -> None:
+def _serve(
+    connection: Connection, cancelled_id: Any, bake: Bake, keepers: tuple[RebakeKeeper, SolveKeeper], job: Job
+) -> None:
     try:
         if isinstance(job, BakeJob):
             outcome = _driven(connection, cancelled_id, job, bake(job))
             connection.send(BakeDone(job.id, job.result, outcome.unchanged, outcome.seconds))
         elif isinstance(job, RebakeJob):
-            done = _driven(connection, cancelled_id, job, keeper.run(job))
+            done = _driven(connection, cancelled_id, job, keepers[0].run(job))
             connection.send(RebakeDone(job.id, done.report, done.seconds))
         elif isinstance(job, TaskJob):
             connection.send(_task(connection, cancelled_id, job))
         else:
-            connection.send(_solve(job))
+            connection.send(_solve(job, keepers[1]))
     except Cancelled:
         connection.send(JobStopped(job.id))
     except ObscuraError as error:
@@ -157,14 +160,10 @@ def _task(connection: Connection, cancelled_id: Any, job: TaskJob) -> TaskDone:
     return TaskDone(job.id, value, time.monotonic() - started)
 
 
-def _solve(job: SolveJob) -> SolveDone:
-    from bake.solve import map_to_vertices
-
+def _solve(job: SolveJob, keeper: SolveKeeper) -> SolveDone:
     started = time.monotonic()
     result = _loaded(job.result, os.stat(Path(job.result) / "manifest.json").st_mtime_ns)
-    settings = BakeSettings.from_options(job.options)
-    valid = result.tally.valid(settings.back_face_threshold)
-    field = map_to_vertices(result.world, result.samples, result.tally.ao, valid, settings)
+    field = keeper.solve(result, BakeSettings.from_options(job.options))
     memory = SharedMemory(job.memory)
     try:
         ao, state = field_views(memory, job.vertices, job.columns)

@@ -27,11 +27,11 @@ class Rebaked:
     """What came of a job.
 
     Attributes:
-        report: What was done.
+        report: What was done; None if the job only prepared.
         seconds: Until the values were final, and until they were stored.
     """
 
-    report: RebakeReport
+    report: RebakeReport | None
     seconds: tuple[float, float]
 
 
@@ -64,6 +64,10 @@ class RebakeKeeper:
 
         begin = time.perf_counter()
         (session, scene), _ = yield from patiently("load", lambda: self._ready(job))
+        if job.prepare:
+            yield from session.prepare()
+            ready = time.perf_counter() - begin
+            return Rebaked(None, (ready, ready))
         before, told = session.result, self._told
         if told is None or told[0] is not before or told[1] != _checksum(Path(job.result)):
             yield _layout(job, before.world)

@@ -16,7 +16,7 @@ from app.engine import Engine
 from app.engine_protocol import Job, RebakeDone, RebakeJob, RebakeLayout, RebakeValues
 from bake.errors import ObscuraError
 from bake.settings import BakeSettings
-from bake.types import Int64Array, Progress, VertexField, VertexState, World
+from bake.types import BakeResult, Int64Array, Progress, VertexField, VertexState, World
 
 NOTE = "being rebaked …"
 logger = logging.getLogger(__name__)
@@ -51,12 +51,12 @@ class Rebaker(QObject):
     shown = pyqtSignal(object)  # RebakeValues that are in view now
     done = pyqtSignal(object)  # RebakeDone; the result lies in its folder
     ended = pyqtSignal(bool)  # whether the result was replaced
-    failed = pyqtSignal(str)
 
     def __init__(self, document: Document, engine: Engine, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._document, self._engine = document, engine
         self._job = 0
+        self._prepared: BakeResult | None = None
         self._asked = 0.0
         self._place: Int64Array | None = None  # of each vertex as the values number them: that in view, or -1
         self._layout: RebakeLayout | None = None
@@ -95,6 +95,15 @@ class Rebaker(QObject):
         self._job = self._engine.rebake(scene, folder, settings, objects=chosen, camera=camera)
         self.began.emit()
 
+    def prepare(self, settings: BakeSettings) -> None:
+        """Lets the engine build what rebakes of the result in view need, so that the first one is fast too."""
+        document = self._document
+        if self._job or document.scene_path is None or document.result_path is None or document.result is None:
+            return
+        if self._prepared is not document.result and not self._engine.is_baking:
+            self._prepared = document.result
+            self._engine.rebake(document.scene_path, document.result_path, settings, prepare=True)
+
     def cancel(self) -> None:
         """Stops the rebake under way; what was in view before comes back."""
         if self._job:
@@ -126,11 +135,10 @@ class Rebaker(QObject):
         known = place >= 0
         fresh = field.ao.copy()
         fresh[place[known]] = values.ao[known]
-        state = field.state
-        unknown = place[known][np.isin(state[place[known]], VertexState.UNREFERENCED)]
-        if len(unknown):
-            state = state.copy()
-            state[unknown] = np.where(np.isfinite(fresh[unknown]).all(axis=1), VertexState.BAKED, state[unknown])
+        state, own = field.state.copy(), place[known]
+        has = np.isfinite(fresh[own]).all(axis=1)
+        had = np.isin(state[own], (VertexState.BAKED, VertexState.FILLED))
+        state[own[has & ~had]], state[own[had & ~has]] = VertexState.BAKED, VertexState.NOT_BAKED
         self._field = replace(field, ao=fresh, state=state)
         document.set_field(self._field, NOTE)
         now = time.perf_counter() - self._asked
@@ -146,12 +154,11 @@ class Rebaker(QObject):
             self._job = 0
             self.timing.stored = time.perf_counter() - self._asked
             self._field = None
-            self.done.emit(done)
+            self.done.emit(done)  # its listeners take the result over, which needs no preparing
 
-    def _on_failed(self, job: Job, error: ObscuraError) -> None:
+    def _on_failed(self, job: Job, _error: ObscuraError) -> None:
         if isinstance(job, RebakeJob) and job.id == self._job:
-            self._stop()
-            self.failed.emit(str(error))
+            self._stop()  # the controller says why
 
     def _on_cancelled(self, job: Job) -> None:
         if isinstance(job, RebakeJob) and job.id == self._job:

@@ -25,7 +25,7 @@ class SceneState:
         files: SHA-256 of every file of the scene, as `Scene.files`.
         settings: What the side file asks for, over the defaults.
         objects: By path: role, keys and content hash.
-        stale: Paths of the result in view whose content differs now.
+        stale: Paths of the result in view whose content differs now, or that a rebake left as they were.
         gone: Paths of the result in view that the scene no longer has.
         new: Paths that the result in view does not have.
         complaint: Why the files could not be read; then the rest is empty.
@@ -103,7 +103,7 @@ class SceneStates:
             baked = result.world
             rows = zip(baked.object_paths, baked.object_roles, baked.object_keys, baked.object_hash, strict=True)
             known = {path: (role, keys, digest) for path, role, keys, digest in rows}
-            return SceneState(result.files, settings, known, world=view)
+            return SceneState(result.files, settings, known, stale=frozenset(result.stale), world=view)
         baked_with = settings if result is None else result.settings
         scene = self._reader.read(crease_angle=baked_with.crease_angle)
         self._hasher = hasher = ContentHasher(scene, self._hasher)
@@ -119,7 +119,11 @@ class SceneStates:
             baked.popitem()  # the bake's own ground plane, which no file has
         return replace(
             state,
-            stale=frozenset(name for name, digest in baked.items() if name in objects and objects[name][2] != digest),
+            stale=frozenset(
+                name
+                for name, digest in baked.items()
+                if name in objects and (objects[name][2] != digest or name in result.stale)
+            ),
             gone=frozenset(baked.keys() - objects.keys()),
             new=frozenset(objects.keys() - baked.keys()),
         )

@@ -16,9 +16,11 @@ from app.parts.help import HelpPart
 from app.parts.hints import HintsPart
 from app.parts.history import HistoryPart
 from app.parts.inspections import InspectionsPart
+from app.parts.layers import LayersPart
 from app.parts.layouts import LayoutsPart
 from app.parts.panels import PanelsPart
 from app.parts.placing import PlacingPart
+from app.parts.rebake import RebakePart
 from app.parts.results_history import ResultsHistoryPart
 from app.parts.review import ReviewPart
 from app.parts.runtime import RuntimePart
@@ -55,6 +57,8 @@ PARTS: tuple[type[Part], ...] = (
     CommandLinesPart,
     RegionsPart,
     WalkPart,
+    RebakePart,
+    LayersPart,
     LayoutsPart,
     HabitsPart,
     HelpPart,

@@ -7,15 +7,19 @@ from pathlib import Path
 
 from PyQt6.QtCore import QTimer
 
+from app.events import Event
 from app.kept_results import KeptResults
 from app.parts.history import HistoryPart
+from app.rebake_layers import LayerInfo
 from app.undo_step import Step
 from app.window_parts import Part, Workbench
-from bake.errors import ObscuraError
+from bake.errors import ObscuraError, ResultError
 
 logger = logging.getLogger(__name__)
 
 _BAKE = "bake"
+MOST_KEPT = 24
+"""Steps whose results are kept; older ones can no longer be undone."""
 
 
 class ResultsHistoryPart(Part):
@@ -25,6 +29,9 @@ class ResultsHistoryPart(Part):
         super().__init__(bench)
         self._kept = KeptResults(bench.cache)
         self._before: tuple[Path, Path | None] | None = None
+        self.next_step: tuple[str, LayerInfo] = (_BAKE, LayerInfo())
+        """What the step will be called that the next new result makes, and what it knows."""
+        self.about_to_put: Event[[]] = Event()
         self._sweep = QTimer(bench.window)
         self._sweep.setSingleShot(True)
         self._sweep.setInterval(1000)
@@ -50,8 +57,9 @@ class ResultsHistoryPart(Part):
         undo = self.bench.undo
         for row in reversed(range(undo.index())):
             step = undo.command(row)
-            if isinstance(step, Step) and step.text() == _BAKE:
-                return next((path for path in step.holds[:-1] if isinstance(path, Path)), None)
+            if isinstance(step, Step) and any(isinstance(item, LayerInfo) for item in step.holds):
+                kept = [path for path in step.holds if isinstance(path, Path)]
+                return kept[0] if len(kept) > 1 else None
         return None
 
     def _drop_orphans(self) -> None:
@@ -67,6 +75,7 @@ class ResultsHistoryPart(Part):
 
     def _on_end(self, replaced: bool) -> None:
         before, self._before = self._before, None
+        (text, info), self.next_step = self.next_step, (_BAKE, LayerInfo())
         if before is None or not replaced or before[0] != self.bench.document.result_path:
             self._sweep.start()
             return
@@ -78,15 +87,27 @@ class ResultsHistoryPart(Part):
             return
         if latter is not None:
             step = Step(
-                _BAKE,
-                redo=lambda: self._put(latter, result),
-                undo=lambda: self._put(former, result),
+                text,
+                redo=lambda: self._put(step, latter, result),
+                undo=lambda: self._put(step, former, result),
                 done=True,
+                failed=self._on_error,
             )
-            step.holds = tuple(path for path in (former, latter) if path is not None)
+            step.holds = (info, *(path for path in (former, latter) if path is not None))
             self.bench.undo.push(step)
+            self._forget_oldest()
 
-    def _put(self, kept: Path | None, result: Path) -> None:
+    def _forget_oldest(self) -> None:
+        undo = self.bench.undo
+        steps = [step for row in range(undo.count()) if isinstance(step := undo.command(row), Step)]
+        keeping = [step for step in steps if any(isinstance(item, Path) for item in step.holds)]
+        for step in keeping[:-MOST_KEPT]:
+            step.holds = tuple(item for item in step.holds if not isinstance(item, Path))
+
+    def _put(self, step: Step, kept: Path | None, result: Path) -> None:
+        if kept is not None and kept not in step.holds:
+            raise ResultError("is no longer kept", where=f"the result before “{step.text()}”", remedy="bake again")
+        self.about_to_put.emit()
         history = self.bench.part(HistoryPart)
         history.set_waiting(True)
         self.bench.controller.busy.emit("Putting the former result back")

@@ -1,0 +1,290 @@
+"""Rebaking what changed: on request or at once, all of it or what is chosen."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+
+import numpy as np
+from PyQt6.QtCore import QTimer
+
+from app.actions import Action, ActionSpec
+from app.engine_protocol import RebakeDone
+from app.parts.results_history import ResultsHistoryPart
+from app.parts.scene_watch import SceneWatchPart
+from app.rebake_layers import LayerInfo, names_of
+from app.rebake_panel import RebakePanel
+from app.rebaker import Rebaker
+from app.region_part import RegionsPart
+from app.window_parts import DockSpec, Part, Side, Workbench
+from bake.settings import BakeSettings
+from bake.types import BakeResult, Progress
+from viewer.boxes import object_boxes
+from viewer.picture import boxes_in_picture, picture_matrix
+
+PANEL = "Rebake"
+_SLOW_MS = 1500
+"""After this time a rebake is shown where a bake is."""
+_AT_ONCE = "rebake-at-once"
+
+logger = logging.getLogger(__name__)
+
+
+class RebakePart(Part):
+    """The Rebake panel, its actions, and the automatic rebake."""
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self.panel = RebakePanel()
+        self.rebaker = Rebaker(bench.document, bench.engine, bench.window)
+        self._objects: tuple[str, ...] | None = None
+        self._settings: BakeSettings | None = None
+        self._seen: dict[str, str] = {}
+        self._auto = False
+        self._slow = QTimer(bench.window)
+        self._slow.setSingleShot(True)
+        self._slow.setInterval(_SLOW_MS)
+        self._slow.timeout.connect(lambda: bench.controller.busy.emit("Rebaking"))
+
+    def docks(self) -> Sequence[DockSpec]:
+        """The panel."""
+        return [DockSpec(PANEL, self.panel, Side.RIGHT, scrolled=True)]
+
+    def actions(self) -> list[Action]:
+        """What to rebake."""
+        menu = "Bake"
+        needs = ("result", "scene-file")
+        chosen = (*needs, "selection")
+        return [
+            (
+                ActionSpec(
+                    "rebake", menu, "&Rebake", "Bake anew what the changes since the bake can reach, and nothing else",
+                    ("F6",), group=1, needs=needs,
+                ),
+                self.rebake,
+            ),
+            (
+                ActionSpec(
+                    "rebake-selection", menu, "Rebake &selection", "Only values of the selected objects may change",
+                    ("Shift+F6",), group=1, context=("object",), needs=chosen,
+                ),
+                lambda: self.rebake(self.selected()),
+            ),
+            (
+                ActionSpec(
+                    "rebake-view", menu, "Rebake what is in &view", "Only values of objects in the picture may change",
+                    group=1, needs=needs,
+                ),
+                lambda: self.rebake(self._in_view()),
+            ),
+            (
+                ActionSpec(
+                    "rebake-region", menu, "Rebake the selected re&gion", "Only of objects that reach into it", group=1,
+                    needs=(*needs, "regions"),
+                ),
+                self._rebake_region,
+            ),
+            (
+                ActionSpec(
+                    _AT_ONCE, menu, "Rebake at &once", "Rebake after every change, in place of the rebake under way",
+                    ("Ctrl+F6",), True, 1, needs=needs,
+                ),
+                self.set_auto,
+            ),
+        ]  # fmt: skip
+
+    def connect(self) -> None:
+        """Joins panel, engine, document and undo stack."""
+        bench, document, registry = self.bench, self.bench.document, self.bench.registry
+        self.panel.add_buttons(
+            [registry[name] for name in ("rebake", "rebake-selection", "rebake-view", "rebake-region")]
+        )
+        self.panel.auto_toggled.connect(self.set_auto)
+        self.rebaker.told.connect(self._on_told)
+        self.rebaker.shown.connect(lambda _values: self._show_timing())
+        self.rebaker.done.connect(self._on_done)
+        self.rebaker.ended.connect(lambda _replaced: self._on_stopped())
+        bench.progress.cancel_requested.connect(self.rebaker.cancel)
+        registry["cancel"].triggered.connect(self.rebaker.cancel)
+        bench.controller.about_to_bake.connect(lambda _path: self._on_bake())
+        bench.part(ResultsHistoryPart).about_to_put.connect(self.rebaker.cancel)
+        document.current_changed.connect(self._on_current)
+        document.result_changed.connect(self.refresh)
+        document.opened.connect(self._on_opened)
+        bench.panels.bake.form.changed.connect(self._on_form)
+        self.refresh()
+
+    def close(self) -> None:
+        """Stops what runs."""
+        self._slow.stop()
+        self.rebaker.cancel()
+
+    # What the user asks for
+
+    def rebake(self, objects: tuple[str, ...] | None = None) -> None:
+        """Rebakes what the changes can reach.
+
+        Args:
+            objects: Paths of the only objects whose values may change; None for all.
+        """
+        settings = self.bench.panels.bake.settings()
+        if settings is None or (objects is not None and not objects):
+            self.bench.banner.show_message(logging.INFO, "There is nothing to rebake there.")
+            return
+        self._start(settings, objects)
+
+    def set_auto(self, on: bool) -> None:
+        """Whether every change is followed at once."""
+        self._auto = on
+        self.panel.auto.setChecked(on)
+        self.bench.registry[_AT_ONCE].setChecked(on)
+        if on:
+            self.bench.part(SceneWatchPart).want_scene()
+            self._follow()
+
+    def refresh(self) -> None:
+        """Shows what is stale."""
+        document = self.bench.document
+        if document.result is None:
+            self.panel.show_stale(None)
+        else:
+            self.panel.show_stale("" if document.current is None else document.current.summary())
+
+    # What happens
+
+    def _start(self, settings: BakeSettings, objects: tuple[str, ...] | None) -> None:
+        document = self.bench.document
+        if document.result is None or document.result_path is None or self.bench.engine.is_baking:
+            return
+        self._settings, self._objects = settings, objects
+        if not self.rebaker.is_busy:
+            self._own_bake = True
+            self.bench.controller.about_to_bake.emit(document.result_path)
+            self._own_bake = False
+        self._slow.start()
+        viewport = self.bench.area.main
+        self.panel.show_state("Starting …")
+        self.rebaker.request(settings, objects=objects, camera=picture_matrix(viewport.camera, viewport.view.aspect))
+
+    _own_bake = False
+
+    def _on_bake(self) -> None:
+        """A whole bake takes the place of a rebake."""
+        if not self._own_bake:
+            self.rebaker.cancel()
+
+    def _on_current(self) -> None:
+        self.refresh()
+        current = self.bench.document.current
+        if current is None or current.complaint or current.scene is None:
+            return
+        self._prepare()
+        changed = dict(current.files) != self._seen
+        first, self._seen = not self._seen, dict(current.files)
+        if changed and not first:
+            self._follow()
+
+    def _follow(self) -> None:
+        """Rebakes after a change, if it is to be at once, or if it concerns a rebake under way."""
+        document = self.bench.document
+        result, current = document.result, document.current
+        if result is None or current is None or current.scene is None:
+            return
+        if self.rebaker.is_busy and self._settings is not None:
+            self._start(self._settings, self._objects)
+        elif self._auto and not current.is_fresh:
+            self._start(self._followed_settings(result), None)
+
+    def _prepare(self) -> None:
+        """Somebody looks at objects' places, so a change is likely."""
+        result, current = self.bench.document.result, self.bench.document.current
+        if result is not None and current is not None and current.is_fresh:
+            self.rebaker.prepare(result.settings)
+
+    def _followed_settings(self, result: BakeResult) -> BakeSettings:
+        """Those of the result: what else the form says is not followed before it is asked for."""
+        form = self.bench.panels.bake.settings()
+        own = result.settings
+        if form is None:
+            return own
+        return own.replaced(alpha=form.alpha, back_face_threshold=form.back_face_threshold)
+
+    def _on_form(self) -> None:
+        """A change of smoothing or threshold alone needs no ray, so it is followed at once as well."""
+        result = self.bench.document.result
+        if self._auto and result is not None and self._followed_settings(result) != result.settings:
+            self._start(self._followed_settings(result), None)
+
+    def _on_told(self, progress: Progress) -> None:
+        share = f" {progress.done / progress.total:.0%}" if progress.total else ""
+        self.panel.show_state(f"{progress.stage.capitalize()}{share} …")
+        if not self._slow.isActive():
+            self.bench.progress.set_progress(progress, 0.0)
+
+    def _show_timing(self) -> None:
+        timing = self.rebaker.timing
+        if timing.final >= 0.0:
+            self.panel.show_state(f"Final after {timing.final:.2f} s, being stored …")
+        elif timing.first >= 0.0:
+            self.panel.show_state(f"First picture after {timing.first:.2f} s, being refined …")
+
+    def _on_done(self, done: RebakeDone) -> None:
+        report = done.report
+        if report is None:
+            return
+        self.bench.part(ResultsHistoryPart).next_step = (
+            names_of(report.changed),
+            LayerInfo(report.vertices_changed, report),
+        )
+        self.panel.show_report(report, self.rebaker.timing)
+        logger.info(
+            "rebaked: first %.2f s, final %.2f s, stored %.2f s; %d rays traced, %d changed",
+            self.rebaker.timing.first, self.rebaker.timing.final, self.rebaker.timing.stored,
+            report.rays_traced, report.rays_changed,
+        )  # fmt: skip
+        self.bench.controller.reload_result(self._on_reloaded)
+
+    def _on_reloaded(self, well: bool) -> None:
+        self._end()
+        self.bench.controller.bake_ended.emit(well)
+
+    def _on_stopped(self) -> None:
+        self._end()
+        self.bench.controller.bake_ended.emit(False)
+
+    def _end(self) -> None:
+        self._slow.stop()
+        self.panel.show_state("")
+        if not self.bench.engine.is_baking:
+            self.bench.controller.busy.emit("")
+
+    def _on_opened(self) -> None:
+        self._seen = {}
+        self.rebaker.cancel()
+        self.refresh()
+
+    # Which objects
+
+    def selected(self) -> tuple[str, ...]:
+        """Paths of the selected objects."""
+        document = self.bench.document
+        return () if document.world is None else tuple(document.world.object_paths[i] for i in document.selection)
+
+    def _in_view(self) -> tuple[str, ...]:
+        document, viewport = self.bench.document, self.bench.area.main
+        if document.world is None:
+            return ()
+        boxes = object_boxes(document.world)
+        matrix = np.array(picture_matrix(viewport.camera, viewport.view.aspect)).reshape(4, 4)
+        seen = boxes_in_picture(boxes, matrix) & document.visible
+        return tuple(path for path, inside in zip(document.world.object_paths, seen, strict=True) if inside)
+
+    def _rebake_region(self) -> None:
+        document, state = self.bench.document, self.bench.part(RegionsPart).state
+        if document.world is None or state.regions is None:
+            return
+        region = max(state.view.region, 0)
+        low, high = state.regions.graph.minimum[region], state.regions.graph.maximum[region]
+        boxes = object_boxes(document.world)
+        inside = (boxes[:, 0] <= high).all(axis=1) & (boxes[:, 1] >= low).all(axis=1)
+        self.rebake(tuple(path for path, own in zip(document.world.object_paths, inside, strict=True) if own))
