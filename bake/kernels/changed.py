@@ -253,12 +253,16 @@ def changed_kernel(tracer: str, fog: bool, trees: bool) -> Any:
             new_fate = fate_at(new_surface, hit, t_max)
             old_through = see_through(new_surface, hit)
             new_through = old_through
-            if old_hit.primitive >= 0 and (hit.primitive < 0 or old_hit.distance < hit.distance):
-                old_fate = fate_at(old_surface, old_hit, t_max)
-                old_through = see_through(old_surface, old_hit)
-            if new_hit.primitive >= 0 and (hit.primitive < 0 or new_hit.distance < hit.distance):
-                new_fate = fate_at(new_surface, new_hit, t_max)
-                new_through = see_through(new_surface, new_hit)
+            if old_hit.primitive >= 0 and (hit.primitive < 0 or old_hit.distance <= hit.distance):
+                if hit.primitive < 0 or old_hit.distance < hit.distance:
+                    old_fate = fate_at(old_surface, old_hit, t_max)
+                    old_through = False
+                old_through = old_through or see_through(old_surface, old_hit)
+            if new_hit.primitive >= 0 and (hit.primitive < 0 or new_hit.distance <= hit.distance):
+                if hit.primitive < 0 or new_hit.distance < hit.distance:
+                    new_fate = fate_at(new_surface, new_hit, t_max)
+                    new_through = False
+                new_through = new_through or see_through(new_surface, new_hit)
             # What nothing stops is looked at twice only where it is the first ray, which is always in doubt.
             doubtful = j == 0
             if (

@@ -1,8 +1,9 @@
-"""Which of several partly open faces in one place a ray meets: the one with the lowest number, whatever the tree.
+"""Which of several faces in one place a ray meets: an opaque one, or else that of the lowest number, whatever the tree.
 
-Cards of leaves are often there twice. Only the first of faces in one place counts, and Embree reports the one that its
-tree leads to first, so a scene with one object more or less would dim a few rays otherwise. Warp's walk breaks ties by
-itself.
+Cards of leaves are often there twice, and some levels have an opaque face where a partly open one is. Only one of the
+faces in one place counts, and Embree reports any, by the way its tree is built and walked; a scene with one object more
+or less would stop other rays. What it reports is settled only where it is partly open, since an opaque one wins in any
+case. Warp's walk breaks ties by itself, by the lowest number alone.
 """
 
 from __future__ import annotations
@@ -16,17 +17,17 @@ from bake.kernels.closest_without import bvh_closest_without
 
 wp.set_module_options({"enable_backward": False, "fast_math": False})
 
-# `scene` and the structs are those of `closest`; its fifth number is the address of the face of each primitive. Word 8
-# of a ray is the candidate's distance. All candidates about a known hit are turned down after a look, so that Embree
-# goes on to the next; the nearest stays, and of equal ones that of the lowest face.
+# `scene` and the structs are those of `closest`; the scene's last two numbers lead to the face and the openness of each
+# primitive. Word 8 of a ray is the candidate's distance. All candidates about a known hit are turned down after a look,
+# so that Embree goes on to the next.
 _EMBREE = """
     struct alignas(16) RayHit {
         float org[3]; float tnear; float dir[3]; float time; float tfar; unsigned mask; unsigned id; unsigned flags;
         float ng[3]; float u; float v; unsigned prim; unsigned geom; unsigned inst; unsigned inst_prim;
     } r;
     struct Context {
-        unsigned instances[8]; const unsigned char* gone; const int* face; unsigned first;
-        float t; unsigned prim; float ng[3]; float u; float v;
+        unsigned instances[8]; const unsigned char* gone; const int* face; const float* open;
+        unsigned first; float t; unsigned prim; float ng[3]; float u; float v;
     } context;
     struct Candidate {
         int* valid; void* user; Context* context; const float* ray; const unsigned* hit; unsigned count;
@@ -39,6 +40,7 @@ _EMBREE = """
     for (int i = 0; i < 8; ++i) context.instances[i] = 0xffffffffu;
     context.gone = (const unsigned char*)held[3];
     context.face = (const int*)held[4];
+    context.open = (const float*)held[5];
     context.t = 3.4e38f;
     context.prim = 0xffffffffu;
     arguments.flags = 2u;
@@ -50,7 +52,11 @@ _EMBREE = """
         const unsigned prim = candidate->hit[5] + best.first;
         const float t = candidate->ray[8];
         if (best.gone && best.gone[prim]) return;
-        if (t > best.t || (t == best.t && best.face[prim] > best.face[best.prim])) return;
+        if (t > best.t) return;
+        if (t == best.t) {
+            const bool open = best.open[prim] > 0.0f, best_open = best.open[best.prim] > 0.0f;
+            if (open != best_open ? open : best.face[prim] > best.face[best.prim]) return;
+        }
         const float* hit = (const float*)candidate->hit;
         best.t = t; best.prim = prim; best.ng[0] = hit[0]; best.ng[1] = hit[1]; best.ng[2] = hit[2];
         best.u = hit[3]; best.v = hit[4];

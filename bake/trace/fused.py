@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -17,7 +16,8 @@ from bake.decorator_types import FogBoxes
 from bake.devices import initialised_warp
 from bake.errors import DeviceError, OutOfMemoryError
 from bake.geometry import as_traced
-from bake.settings import BakeSettings, Kernel
+from bake.settings import BakeSettings
+from bake.trace.arguments import falloff_argument, surface_argument
 from bake.trace.base import Hits, SphereTally, Tracer, check_directions
 from bake.trace.primitives import Primitives
 from bake.trace.recorder import Recorder
@@ -52,17 +52,17 @@ class TracerFused(Tracer):
     ) -> None:
         super().__init__(world, settings)
         self.warp = initialised_warp()
-        from bake.kernels import falloff, obscurance, sphere, surface
+        from bake.kernels import obscurance, sphere
 
-        self._kernels, self._sphere, self._falloff_module = obscurance, sphere, falloff
-        self._surface_module = surface
+        self._kernels, self._sphere = obscurance, sphere
         self._warp_device = warp_device
         self._pool = ThreadPoolExecutor(threads, "tracer") if threads > 1 else None
         self._threads = threads
         self.fog, self.primitives, self.cast_face = fog, primitives, primitives.faces
         self.points = as_traced(world.positions)
         try:
-            self.surface: Any = self._upload_surface()
+            self.positions = self.array(self.points, self.warp.vec3)
+            self.surface: Any = surface_argument(self.warp, self.array, world, self.cast_face, self.positions)
             self._veil: DeviceVeil | None = (
                 veil(self.positions)
                 if veil is not None
@@ -71,7 +71,7 @@ class TracerFused(Tracer):
         except RuntimeError as error:
             raise _device_failure(error, warp_device) from error
         self.fog_boxes, self.tree_triangles = self._veil.fog_boxes, self._veil.tree_triangles
-        self.falloff = self._make_falloff()
+        self.falloff = falloff_argument(settings)
         # Compiling takes seconds when the cache is cold, so it belongs to the preparation.
         self._compile(self._obscurance_kernel())
         self._work: Any = None
@@ -235,31 +235,6 @@ class TracerFused(Tracer):
     def _download(self, values: Any, batch: slice) -> NDArray[Any]:
         return values[batch.start : batch.stop].numpy()
 
-    def _upload_surface(self) -> Any:
-        wp, world, cast = self.warp, self.world, self.cast_face
-        surface = self._surface_module.Surface()
-        self.positions = self.array(self.points, wp.vec3)
-        surface.positions = self.positions
-        surface.normals = self.array(world.normals, wp.vec3)
-        surface.faces = self.array(world.faces.ravel(), wp.int32)
-        surface.face_object = self.array(world.face_object, wp.int32)
-        offsets = np.array([keys.offset or 0.0 for keys in world.object_keys], np.float32)
-        surface.object_offset = self.array(offsets, wp.float32)
-        surface.cast_face = self.array(cast, wp.int32)
-        surface.openness = self.array(world.face_openness[cast], wp.float32)
-        surface.two_sided = self.array(world.face_two_sided[cast].astype(np.uint8), wp.uint8)
-        texels, first, width, height = _packed(world.textures)
-        uvs, texture = np.zeros((0, 2), np.float32), np.zeros(0, np.int32)
-        if world.vertex_uv is not None and world.face_texture is not None:
-            uvs, texture = world.vertex_uv, world.face_texture[cast]
-        surface.uvs = self.array(uvs, wp.vec2)
-        surface.texture = self.array(texture, wp.int32)
-        surface.texture_first = self.array(first, wp.int64)
-        surface.texture_width = self.array(width, wp.int32)
-        surface.texture_height = self.array(height, wp.int32)
-        surface.texels = self.array(texels, wp.float32)
-        return surface
-
     def _upload_work(self, samples: SampleSet) -> Any:
         wp, count = self.warp, len(samples)
         try:
@@ -281,26 +256,6 @@ class TracerFused(Tracer):
         work.face_seed = self.array(samples.face_seed, wp.uint32)
         work.rays = self.settings.rays
         return work
-
-    def _make_falloff(self) -> Any:
-        settings = self.settings
-        falloff = self._falloff_module.Falloff()
-        rates = np.zeros(self._falloff_module.MAX_DISTANCES, np.float32)  # rate 0: every hit counts in full
-        if settings.kernel is Kernel.OBSCURANCE:
-            rates[: len(settings.distances)] = -math.log(2.0) / np.asarray(settings.distances)
-        falloff.rates = self._falloff_module.vec8(*rates.tolist())
-        falloff.count = settings.distance_count
-        falloff.t_max = settings.trace_distance
-        return falloff
-
-
-def _packed(textures: tuple[Float32Array, ...]) -> tuple[NDArray[Any], ...]:
-    """All texels in one array, with each texture's first texel, width and height."""
-    sizes = np.array([t.size for t in textures], np.int64)
-    texels = np.concatenate([t.ravel() for t in textures]) if textures else np.zeros(0, np.float32)
-    width = np.array([t.shape[1] for t in textures], np.int32)
-    height = np.array([t.shape[0] for t in textures], np.int32)
-    return texels.astype(np.float32), np.cumsum(sizes) - sizes, width, height
 
 
 def _device_failure(error: Exception, device: str) -> DeviceError | OutOfMemoryError:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from bake.samples import place_samples
 from bake.settings import BakeSettings
@@ -43,6 +44,20 @@ def test_the_lowest_number_counts(fast_body: str) -> None:
     alone, _ = seen(replace(lid, face_openness=openness, face_samples=lid.face_object == 0), fast_body)
     assert set(np.unique(first)) <= {-1, 2, 3}
     np.testing.assert_array_equal(ao, alone)
+
+
+@pytest.mark.parametrize("spheres", [0, 1, 3, 7])
+def test_an_opaque_face_wins(spheres: int) -> None:
+    """With Embree, where one of the lids is opaque, no ray goes through, whatever its number and the tree."""
+    for opaque in range(1, len(OPENNESS)):
+        world = lids(spheres)
+        openness = np.where(world.face_object == opaque, np.float32(0.0), world.face_openness)
+        samples = place_samples(world, SETTINGS)
+        with open_tracer("embree", replace(world, face_openness=openness), SETTINGS) as tracer:
+            found = tracer.record(samples)
+        above = found.first_face >= 0
+        assert above.sum() > 300
+        np.testing.assert_array_equal(world.face_object[found.face[above]], opaque)
 
 
 def test_other_objects_do_not_decide(fast_body: str) -> None:
