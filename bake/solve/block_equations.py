@@ -21,8 +21,11 @@ from bake.solve.scatter import scatter_add
 from bake.solve.system import Equations, build_equations
 from bake.types import Int64Array
 
-WORTHWHILE = 0.3
+WORTHWHILE = 0.4
 """Share of the block's faces beyond which all of it is assembled."""
+
+SPREAD = 0.1
+"""Share of changed faces beyond which nobody looks how large a part they make."""
 
 
 def update_equations(
@@ -40,10 +43,13 @@ def update_equations(
     Returns:
         The equations, and the unknowns whose rows may differ otherwise than by the scene's mean scatter, sorted.
     """
-    count = block.surface.unknown_count
-    zone = _zone(block, moments, faces)
-    rows = _distinct(block.faces_of(np.flatnonzero(block.rings(zone, 2))), len(block.surface.corners))
-    if len(rows) > WORTHWHILE * len(block.surface.corners):
+    count, total = block.surface.unknown_count, len(block.surface.corners)
+    rows = zone = np.arange(0)
+    if len(faces) <= SPREAD * total:
+        zone = _zone(block, moments, faces)
+        if len(zone) <= WORTHWHILE * count:
+            rows = _distinct(block.faces_of(np.flatnonzero(block.rings(zone, 2))), total)
+    if len(faces) > SPREAD * total or max(len(zone) / count, len(rows) / total) > WORTHWHILE:
         whole = build_equations(block.surface, moments, block.own_alpha, scene, mean_area=mean_area)
         return whole, np.arange(count)
     equations = block.equations

@@ -91,7 +91,7 @@ def solve_block(
         columns: How distances are gone through.
     """
     after = replace(block, equations=equations, moments=moments, tolerance=tolerance)
-    if mapping is MappingKind.AVERAGE or tolerance <= 0.0:
+    if mapping is MappingKind.AVERAGE or tolerance <= 0.0 or len(zone) > WORTHWHILE * len(block.values):
         return solve_whole(after, alpha, mapping, tolerance, columns)
     pull = equations.pull(alpha)
     gradient = _gradient(block, equations, zone, alpha, pull)

@@ -51,6 +51,13 @@ class FaceMoments:
             self.count[faces], self.square[faces], self.mixed[faces], self.value[faces], self.value_square[faces]
         )
 
+    def between(self, begin: int, end: int) -> FaceMoments:
+        """The sums of consecutive faces, shared."""
+        here = slice(begin, end)
+        return FaceMoments(
+            self.count[here], self.square[here], self.mixed[here], self.value[here], self.value_square[here]
+        )
+
     def with_faces(self, faces: Int64Array, found: FaceMoments) -> FaceMoments:
         """Sums with those of some faces replaced."""
         arrays: list[Float64Array] = []
