@@ -34,6 +34,15 @@ class LazyPicker(QObject):
         self._picker = SurfacePicker(np.asarray(world.positions), np.asarray(world.faces), subset)
         self._timer.start()
 
+    def move_world(self, world: World, visible: BoolArray | None = None) -> None:
+        """Takes the same faces in other places; those that stayed can be hit all the time."""
+        picker = self._picker
+        if picker is None or not picker.has_faces(np.asarray(world.faces), visible):
+            self.set_world(world, visible)
+            return
+        self._picker = picker.moved(np.asarray(world.positions))
+        self._timer.start()
+
     def finish(self) -> None:
         """Builds what is left now."""
         if self._picker is not None:

@@ -13,7 +13,7 @@ import numpy as np
 from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkGenericCell, vtkPolyData, vtkStaticCellLocator
 
-from bake.types import Float64Array, Int32Array, Int64Array
+from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 from viewer.actors import vtk_cells, vtk_points
 
 CHUNK_FACES = 40_000
@@ -51,7 +51,8 @@ class SurfacePicker:
         self._faces = faces
         subset = np.arange(len(faces)) if subset is None else np.asarray(subset)
         self._chunks = [subset[start : start + CHUNK_FACES] for start in range(0, len(subset), CHUNK_FACES)]
-        self._locators: list[vtkStaticCellLocator] = []
+        self._locators: list[vtkStaticCellLocator | None] = [None] * len(self._chunks)
+        self._missing = list(range(len(self._chunks)))[::-1]
         self._bounds = np.zeros((len(self._chunks), 2, 3))
         self._points: vtkPoints | None = None
         self._cell = vtkGenericCell()
@@ -59,7 +60,7 @@ class SurfacePicker:
     @property
     def is_ready(self) -> bool:
         """Whether every face can be hit."""
-        return len(self._locators) == len(self._chunks)
+        return not self._missing
 
     def build_next(self) -> bool:
         """Makes the next chunk hittable; returns whether any is left."""
@@ -67,7 +68,7 @@ class SurfacePicker:
             return False
         if self._points is None:
             self._points = vtk_points(self._positions.astype(np.float32))
-        index = len(self._locators)
+        index = self._missing.pop()
         faces = self._faces[self._chunks[index]]
         corners = self._positions[faces.ravel()]
         self._bounds[index] = corners.min(axis=0), corners.max(axis=0)
@@ -77,8 +78,35 @@ class SurfacePicker:
         locator = vtkStaticCellLocator()
         locator.SetDataSet(data)
         locator.BuildLocator()
-        self._locators.append(locator)
+        self._locators[index] = locator
         return not self.is_ready
+
+    def has_faces(self, faces: Int32Array, visible: BoolArray | None) -> bool:
+        """Whether it answers for exactly these faces, shape (m, 3), of which some may be invisible, shape (m,)."""
+        count = len(faces) if visible is None else int(np.count_nonzero(visible))
+        own = sum(map(len, self._chunks))
+        if own != count or len(faces) != len(self._faces):
+            return False
+        same = faces is self._faces or np.array_equal(faces, self._faces)
+        return same and (visible is None or all(visible[chunk].all() for chunk in self._chunks))
+
+    def moved(self, positions: Float64Array) -> SurfacePicker:
+        """The same faces with their vertices elsewhere, shape (n, 3); only chunks that have moved are to be built."""
+        other = SurfacePicker.__new__(SurfacePicker)
+        other._positions, other._faces, other._chunks = positions, self._faces, self._chunks
+        other._locators, other._bounds, other._points, other._cell = (
+            list(self._locators),
+            self._bounds,
+            None,
+            self._cell,
+        )
+        moved = (positions != self._positions).any(axis=1)
+        touched = {index for index, chunk in enumerate(self._chunks) if moved[self._faces[chunk]].any()}
+        for index in touched:
+            other._locators[index] = None
+        other._missing = sorted(touched | set(self._missing), reverse=True)
+        other._bounds = self._bounds.copy()
+        return other
 
     def build(self) -> None:
         """Makes every face hittable now."""
@@ -96,13 +124,12 @@ class SurfacePicker:
         Returns:
             None if nothing is hit, or what would be hit is not built yet.
         """
-        built = self._bounds[: len(self._locators)]
-        if not len(built):
+        if not self._chunks:
             return None
-        near, far = _slab_test(built, origin, direction)
+        near, far = _slab_test(self._bounds, origin, direction)
         best: Pick | None = None
         for index in np.argsort(near):
-            if not far[index] >= max(near[index], 0.0):
+            if self._locators[index] is None or not far[index] >= max(near[index], 0.0):
                 continue
             if best is not None and near[index] > best.distance:
                 break
@@ -116,7 +143,9 @@ class SurfacePicker:
     ) -> Pick | None:
         end = origin + direction * (reach * 1.001 + 1e-3)
         cells = vtkIdList()
-        self._locators[index].IntersectWithLine(_triple(origin), _triple(end), 0.0, vtkPoints(), cells, self._cell)
+        locator = self._locators[index]
+        assert locator is not None
+        locator.IntersectWithLine(_triple(origin), _triple(end), 0.0, vtkPoints(), cells, self._cell)
         best: Pick | None = None
         for position in range(cells.GetNumberOfIds()):
             face = int(self._chunks[index][cells.GetId(position)])

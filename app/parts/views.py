@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 from PyQt6.QtCore import QPointF
 
 from app.actions import Action, ActionSpec
@@ -20,6 +21,7 @@ class ViewsPart(Part):
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
         self.commands = UserCommands(bench.document, bench.area)
+        self._absent = bench.document.absent()
         self._framed: Path | None = None  # whose camera is set already; read again, as after a remedy, it keeps it
 
     def actions(self) -> list[Action]:
@@ -135,7 +137,8 @@ class ViewsPart(Part):
         bench, document, panels = self.bench, self.bench.document, self.bench.panels
         panels.probe.fly_requested.connect(lambda: self.commands.fly_to(bench.readouts.pinned))
         document.world_changed.connect(self._on_world)
-        document.geometry_changed.connect(lambda: bench.picker.set_world(document.world, document.face_visible()))
+        document.geometry_changed.connect(self._on_geometry)
+        document.current_changed.connect(self._on_current)
         self._give_menu(bench.area.main)
         document.visibility_changed.connect(lambda: bench.picker.set_world(document.world, document.face_visible()))
         document.display_changed.connect(self._on_display)
@@ -187,6 +190,18 @@ class ViewsPart(Part):
         self.bench.document.set_up_axis(axis)
         self.reset_camera()
         self._on_display()  # the tick of the axis that was chosen again
+
+    def _on_geometry(self) -> None:
+        document = self.bench.document
+        if document.world is not None:
+            self.bench.picker.move_world(document.world, document.face_visible())
+
+    def _on_current(self) -> None:
+        """What is no longer there can no longer be clicked."""
+        document, absent = self.bench.document, self.bench.document.absent()
+        if not np.array_equal(absent, self._absent):
+            self._absent = absent
+            self.bench.picker.set_world(document.world, document.face_visible())
 
     def _on_world(self) -> None:
         document = self.bench.document

@@ -90,3 +90,29 @@ def test_picker_is_built_step_by_step(monkeypatch: pytest.MonkeyPatch, baked: Ba
         steps += 1
     assert steps == -(-world.face_count // 100)
     assert picker.is_ready
+
+
+def test_moved_triangles_are_hit_where_they_are() -> None:
+    """After some vertices moved, what stayed can be hit at once, and the rest after its chunks are built again."""
+    grid = np.stack(np.meshgrid(np.arange(300.0), np.arange(300.0), indexing="ij"), axis=-1).reshape(-1, 2)
+    positions = np.column_stack((grid, np.zeros(len(grid))))
+    corner = np.arange(300 * 300).reshape(300, 300)[:-1, :-1].ravel()
+    faces = np.concatenate(
+        (np.stack((corner, corner + 300, corner + 1), 1), np.stack((corner + 301, corner + 1, corner + 300), 1))
+    ).astype(np.int32)
+    picker = SurfacePicker(positions, faces)
+    picker.build()
+    lifted = positions.copy()
+    lifted[:900, 2] = 5.0
+    moved = picker.moved(lifted)
+    assert not moved.is_ready
+    down = np.array((0.0, 0.0, -1.0))
+    still = moved.pick(np.array((200.3, 200.3, 9.0)), down)
+    assert still is not None
+    assert still.position[2] == 0.0
+    moved.build()
+    found = moved.pick(np.array((1.3, 10.3, 9.0)), down)
+    assert found is not None
+    assert found.position[2] == 5.0
+    assert moved.has_faces(faces.copy(), None)
+    assert not moved.has_faces(faces, np.arange(len(faces)) > 3)
