@@ -1,4 +1,4 @@
-"""`bench accuracy|speed|scenes|…`: prints the tables that the documentation quotes."""
+"""`bench accuracy|speed|stability|…`: prints the tables that the documentation quotes."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
 USAGE = (
-    "accuracy|mapping|speed|scenes|lods|trees|fog|regions|causes|explain|window [SCENE | FOLDER …] [--scale X] "
-    "[--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] [--plots FOLDER] [--json] [settings]"
+    "accuracy|mapping|speed|stability|scenes|lods|trees|fog|regions|causes|explain|window [SCENE | FOLDER …] "
+    "[--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] [--plots FOLDER] [--json] [settings]"
 )
 
 
@@ -24,7 +24,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's arguments."""
     parser.add_argument("subject", choices=list(_SUBJECTS), help="accuracy: run time against surface error, ours at "
                         "many settings and other bakers; mapping: surface error of the mappings; speed: "
-                        "overhead beyond the rays, and the solver at size; "
+                        "overhead beyond the rays, and the solver at size; stability: a small level of its own "
+                        "distorted in every way that breaks bakers, every tracer and stage held to gates; "
                         "scenes: what each scene holds and what baking it costs; lods: error of the lower levels of "
                         "detail against what is traced on the finest one; trees: error of the three models of a "
                         "tree's AO against what is traced on it; fog: what shrubs as boxes cost, and how "
@@ -40,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--plots",
         type=Path,
         metavar="FOLDER",
-        help="draw errors, boundaries and walks, or trees, there, as .png (regions and trees only)",
+        help="draw errors, boundaries and walks, trees or a matrix there, as .png (accuracy, regions, trees, stability)",
     )
     parser.add_argument(
         "--scales", metavar="X,…", default="", help="metres in a unit of each scene (causes and explain)"
@@ -111,6 +112,22 @@ def _speed(arguments: argparse.Namespace) -> list[Measurements]:
 
     scenes = _scenes(arguments) if arguments.paths else []
     return [measure_overhead(scenes, explicit_options(arguments)), measure_solving()]
+
+
+def _stability(arguments: argparse.Namespace) -> list[Measurements]:
+    from bake.bench.stability import measure_stability, tables
+
+    if arguments.paths:
+        where = str(arguments.paths[0])
+        raise InputError("it makes its own scenes", where=where, remedy="name none: `bench stability`")
+    if arguments.plots is not None:
+        arguments.plots.mkdir(parents=True, exist_ok=True)  # before minutes of measuring
+    matrix = measure_stability(explicit_options(arguments))
+    if arguments.plots is not None:
+        from app.commands.stability_plot import plot_stability
+
+        plot_stability(arguments.plots / "stability.png", matrix)
+    return tables(matrix)
 
 
 def _scene_table(arguments: argparse.Namespace) -> list[Measurements]:
@@ -229,6 +246,7 @@ _SUBJECTS: dict[str, Callable[[argparse.Namespace], Iterable[Measurements]]] = {
     "accuracy": _accuracy,
     "mapping": _mappings,
     "speed": _speed,
+    "stability": _stability,
     "scenes": _scene_table,
     "lods": _lods,
     "trees": _tree_models,
