@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 USAGE = (
     "accuracy|mapping|speed|stability|scenes|lods|trees|fog|regions|causes|explain|window [SCENE | FOLDER …] "
-    "[--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] [--plots FOLDER] [--json] [settings]"
+    "[--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] [--plots FOLDER] "
+    "[--json] [settings]"
 )
 
 
@@ -41,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--plots",
         type=Path,
         metavar="FOLDER",
-        help="draw errors, boundaries and walks, trees or a matrix there, as .png (accuracy, regions, trees, stability)",
+        help="draw what was measured there, as .png (accuracy, regions, stability and trees only)",
     )
     parser.add_argument(
         "--scales", metavar="X,…", default="", help="metres in a unit of each scene (causes and explain)"
