@@ -13,6 +13,7 @@ x is linear in the samples as long as no bound is active and r is held fixed: th
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +34,9 @@ ANCHOR = 0.03
 
 FILL_PULL = 0.1
 """Share of its Laplacian that bounds an edge's pull at a starved vertex, which has no samples to bound it."""
+
+LARGE = 100_000
+"""Faces from which on two halves of the assembly are worth doing side by side."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,12 +158,18 @@ def build_equations(
         scene: The mean scatter of the whole scene, where `surface` is a part of it.
         mean_area: The mean area of the faces of the whole scene, in m², where `surface` is a part of it.
     """
-    mass = at_corners(surface, moments.mass)
-    data = right_hand_side(surface, moments)
-    average, starved = weighted_average(surface, mass, data)
-    diagonal, edges = mass_entries(surface, moments)
-    fill_diagonal, fill_edges, fill_scale = _fill(surface, starved, mean_area)
-    share = bounded_share(surface, np.where(starved, FILL_PULL * fill_scale, mass))
+    with ThreadPoolExecutor(1, "trust") as side:
+        # large surfaces only: a thread costs more than it brings elsewhere, and blocks are done side by side
+        alone = len(surface.corners) < LARGE
+        trusting = None if alone else side.submit(estimate_trust, surface, moments, scene)
+        mass = at_corners(surface, moments.mass)
+        data = right_hand_side(surface, moments)
+        average, starved = weighted_average(surface, mass, data)
+        diagonal, edges = mass_entries(surface, moments)
+        fill_diagonal, fill_edges, fill_scale = _fill(surface, starved, mean_area)
+        share = bounded_share(surface, np.where(starved, FILL_PULL * fill_scale, mass))
+        of_all = edge_terms(surface, share) if np.isnan(own_alpha).all() else None
+        trust = estimate_trust(surface, moments, scene) if trusting is None else trusting.result()
 
     own: EdgeTerms | None = None
     own_here: Float64Array | None = None
@@ -177,11 +187,11 @@ def build_equations(
         starved=starved,
         bounded=share < 1.0,
         surface=surface,
-        trust=estimate_trust(surface, moments, scene),
+        trust=trust,
         diagonal=diagonal + fill_diagonal,
         edges=edges + fill_edges,
         anchor=np.where(starved, ANCHOR * fill_scale, 0.0),
-        common=edge_terms(surface, common),
+        common=of_all or edge_terms(surface, common),
         own=own,
         own_alpha=own_here,
     )
