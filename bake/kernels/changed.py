@@ -141,6 +141,7 @@ def changed_kernel(tracer: str, fog: bool, trees: bool) -> Any:
     closest_shared, _ = CLOSEST[f"{tracer}-without"]
     second_look = wp.constant(leaks_at_vertices)
     follow = follower(closest_hit, leaks_at_vertices)
+    follow_shared = follower(closest_shared, leaks_at_vertices)
     dimmed = dimmer(fog, trees)
     veiled = fog or trees
 
@@ -263,6 +264,23 @@ def changed_kernel(tracer: str, fog: bool, trees: bool) -> Any:
                     new_fate = fate_at(new_surface, new_hit, t_max)
                     new_through = False
                 new_through = new_through or see_through(new_surface, new_hit)
+            threshold = ray_threshold(fan, j)
+            if old_through and new_through:
+                nearest = t_max
+                if old_hit.primitive >= 0:
+                    nearest = old_hit.distance
+                if new_hit.primitive >= 0:
+                    nearest = wp.min(nearest, new_hit.distance)
+                # Most such rays end among leaves that both scenes have, before they come to what changed.
+                if hit.primitive >= 0 and hit.distance < nearest:
+                    ended = follow_shared(
+                        shared_entry, shared_scene, new_surface, fan.point, direction, nearest, threshold, False
+                    )
+                    if ended.stopped == 1:
+                        old_fate = ended
+                        new_fate = ended
+                        old_through = False
+                        new_through = False
             # What nothing stops is looked at twice only where it is the first ray, which is always in doubt.
             doubtful = j == 0
             if (
@@ -270,7 +288,6 @@ def changed_kernel(tracer: str, fog: bool, trees: bool) -> Any:
                 or new_through
                 or (second_look and doubtful and (old_fate.struck == 0 or new_fate.struck == 0))
             ):
-                threshold = ray_threshold(fan, j)
                 old_fate = follow(
                     before.entry, before.scene, old_surface, fan.point, direction, t_max, threshold, doubtful
                 )
