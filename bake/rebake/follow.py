@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable, Generator
 
@@ -18,7 +19,7 @@ from bake.rebake.setting_changes import SAMPLES, SOLVE
 from bake.rebake.skipped_after import skipped_after
 from bake.rebake.state import Edit, State
 from bake.rebake.surface_rows import SurfaceRows, plan_rows
-from bake.rebake.surface_trace import SurfaceRays, trace_rows
+from bake.rebake.surface_trace import SurfaceRays, SurfaceTrace
 from bake.rebake.types import Partial, RebakeOutcome, RebakeReport
 from bake.solve.update import TOLERANCE, FieldKeeper, FieldUpdate
 from bake.stages import StageClock, patiently
@@ -64,10 +65,17 @@ def follow(
     why = f"of {len(samples):,} samples {len(rows.whole):,} whole, {len(rows.check):,} in part"
     clock.ran("reach", why, seconds)
 
+    old = kept = state.tracer
+    if old is None and len(rows.check):
+        result = state.result
+        old, seconds = yield from open_tracer(result.world, result.settings, device, state.fog)
+        clock.ran("build BVH as it was", occluders(result.world, old), seconds)
+        state = dataclasses.replace(state, tracer=old)
     tracer = yield from _tracer(state, edit, device, clock)
     try:
         begin = time.perf_counter()
-        rays = yield from trace_rows(state, edit, samples, rows, tracer, first)
+        work = SurfaceTrace(state, edit, samples, rows, tracer, first=first, exact=bound <= 0.0)
+        rays = yield from work.run(old)
         clock.ran("trace", f"{len(rays.changed):,} samples changed", time.perf_counter() - begin, rays.rays_traced)
         update = yield from _solved(state, edit, samples, rays, clock, tolerance=TOLERANCE if bound > 0.0 else 0.0)
         field = _adopted(state, edit, update.field)
@@ -77,9 +85,12 @@ def follow(
         dynamic = yield from rebaked_regions(state, edit, tracer, clock)
         around = yield from rebaked_around(state, edit, field, changed=len(shown) > 0, device=device, clock=clock)
     except BaseException:
-        if tracer is not state.tracer:
-            tracer.close()
+        for mine in (tracer, old):
+            if mine is not None and mine is not kept:
+                mine.close()
         raise
+    if old is not None and old is not kept:
+        old.close()
     decorators = Decorators(
         fog=edit.fog,
         volume=trees.volume if trees else None,

@@ -1,4 +1,4 @@
-"""Values on the way: the last ones, moved by what the samples traced so far say changed around each vertex."""
+"""Values on the way: the last ones, moved by what the samples looked at so far say changed around each vertex."""
 
 from __future__ import annotations
 
@@ -23,39 +23,43 @@ class DeltaPreview:
         known = np.flatnonzero(edit.change.old_vertex >= 0)
         before[known] = result.field.ao[edit.change.old_vertex[known]]
         self._before = before
+        self._has_value: BoolArray = np.isfinite(before).all(axis=1)
         self._mass: Float64Array = np.zeros(world.vertex_count)
         self._sum: Float64Array = np.zeros(before.shape)
+        self._told = np.zeros(len(samples), np.bool_)
+        self._last = np.zeros((len(samples), before.shape[1]), np.float32)
 
     def partial(
-        self, rows: Int64Array, ao: Float32Array, before: Float32Array, rays_done: int, rays_total: int
+        self, rows: Int64Array, moved: Float32Array, known: BoolArray, rays_done: int, rays_total: int
     ) -> Partial:
-        """Values after some more samples.
+        """Values after some more rays.
 
         Args:
-            rows: Shape (r,): samples just traced.
-            ao, before: Shape (r, k): what they see, and saw; NaN where nobody knows.
+            rows: Shape (r,), samples just looked at, no row twice.
+            moved: Shape (r, k): by how much their AO differs from before, as far as it is known; AO itself where
+                there was none.
+            known: Shape (r,): whether there was some.
             rays_done, rays_total: For the partial.
         """
         samples = self._samples
         corners = self._world.faces[samples.face[rows]].astype(np.int64)
-        own: BoolArray = np.asarray(
-            np.isfinite(self._before[corners]).all(axis=(1, 2)) & np.isfinite(before).all(axis=1)
-        )
-        moved = np.where(own[:, None], ao - before, ao).astype(np.float64)
         first = samples.barycentric[rows].astype(np.float64)
         weights = np.column_stack([first, 1.0 - first.sum(axis=1)]) * samples.area[rows, None]
-        count = self._world.vertex_count
         # A corner whose value is unknown waits for values, not for changes.
-        fresh: BoolArray = np.asarray(~np.isfinite(self._before[corners]).all(axis=2))
-        usable = fresh == ~own[:, None]
-        weights = np.where(usable, weights, 0.0)
-        flat = corners.ravel()
-        self._mass += np.bincount(flat, weights.ravel(), minlength=count)
-        for column in range(ao.shape[1]):
-            self._sum[:, column] += np.bincount(flat, (weights * moved[:, column, None]).ravel(), minlength=count)
-        vertices = np.unique(flat)
-        vertices = vertices[(self._mass[vertices] > 0.0) & self._wanted[vertices]]
+        weights *= self._has_value[corners] == known[:, None]
+        flat, count = corners.ravel(), self._world.vertex_count
+        fresh = ~self._told[rows]
+        self._mass += np.bincount(flat, (weights * fresh[:, None]).ravel(), minlength=count)
+        step = (moved - self._last[rows]).astype(np.float64)
+        for column in range(moved.shape[1]):
+            self._sum[:, column] += np.bincount(flat, (weights * step[:, column, None]).ravel(), minlength=count)
+        self._told[rows] = True
+        self._last[rows] = moved
+        hit = np.zeros(count, np.bool_)
+        hit[flat] = True
+        vertices = np.flatnonzero(hit & self._wanted & (self._mass > 0.0))
         mean = self._sum[vertices] / self._mass[vertices, None]
         base = self._before[vertices]
         values = np.clip(np.where(np.isfinite(base), base + mean, mean), 0.0, 1.0).astype(np.float32)
-        return Partial(vertices, values, rays_done, rays_total)
+        moving = (values != base).any(axis=1)
+        return Partial(vertices[moving], values[moving], rays_done, rays_total)

@@ -13,10 +13,15 @@ from bake.rebake.state import Edit, State
 from bake.rebake.surface_rows import SurfaceRows
 from bake.rebake.types import Partial
 from bake.trace import Tracer
-from bake.types import Int64Array, Progress, SampleSet, Tally
+from bake.trace.changed_rays import ChangedRays, TallyChange
+from bake.types import Float64Array, Int64Array, Progress, SampleSet, Tally
 
-_FIRST = 16  # one in so many samples makes the first picture
+PASSES = 4
+"""Rays of each sample are looked at in so many parts at most, each four times the one before."""
+
+_FIRST = 16  # one in so many of the samples traced whole makes the first picture
 _CHUNK_RAYS = 1 << 19
+_CHUNK_TESTS = 1 << 23
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,15 +41,8 @@ class SurfaceRays:
     rays_changed: int = 0
 
 
-def trace_rows(
-    state: State,
-    edit: Edit,
-    samples: SampleSet,
-    rows: SurfaceRows,
-    tracer: Tracer,
-    first: Callable[[], Int64Array] | None,
-) -> Generator[Progress | Partial, None, SurfaceRays]:
-    """Traces what the edit can reach, the visible and the strongly affected first.
+class SurfaceTrace:
+    """Traces what an edit can reach, the visible and the strongly affected first.
 
     Args:
         state: Before the edit.
@@ -53,40 +51,154 @@ def trace_rows(
         rows: What has to be done; its tally is written to.
         tracer: Of the edited world.
         first: Vertices that are to be right first.
+        exact: Samples with a ray that can have changed are traced whole, so that they equal a bake's to the bit.
     """
-    settings, tally = edit.settings, rows.tally
-    wanted = np.concatenate([rows.whole, rows.check])
-    lacking = rows.map.lacking(former=True)
-    new = np.flatnonzero(lacking & ~_mask(wanted, len(samples)))
-    if not len(wanted):
-        return SurfaceRays(tally, new)
-    before = _some(tally, wanted)
-    known = ~lacking[wanted]
-    order = _in_order(edit, samples, rows, wanted, first)
-    preview = DeltaPreview(state.result, edit, samples)
-    begin, rays = time.perf_counter(), settings.rays
-    total, done = len(wanted) * rays, 0
-    step = max(1, min(tracer.batch_size, _CHUNK_RAYS // rays))
-    while done < len(wanted):
-        chosen = order[done : done + step]
-        target = wanted[chosen]
-        found = traced(tracer, samples.only(target))
-        tally.ao[target], tally.rays[target] = found.ao, found.rays
-        tally.hits[target], tally.back_faces[target] = found.hits, found.back_faces
-        done += len(chosen)
-        seconds = time.perf_counter() - begin
-        yield Progress("trace", done * rays, total, seconds, done * rays / max(seconds, 1e-9))
-        then = np.where(known[chosen, None], before.ao[chosen], np.float32(np.nan))
-        yield preview.partial(target, found.ao, then, done * rays, total)
-    threshold, after = settings.back_face_threshold, _some(tally, wanted)
-    differs = ~known | (after.ao != before.ao).any(axis=1) | (after.valid(threshold) != before.valid(threshold))
-    part = differs[len(rows.whole) :]
-    return SurfaceRays(
-        tally,
-        np.union1d(wanted[differs], new),
-        rays_traced=total,
-        rays_changed=(len(rows.whole) + int(part.sum())) * rays,
-    )
+
+    def __init__(
+        self,
+        state: State,
+        edit: Edit,
+        samples: SampleSet,
+        rows: SurfaceRows,
+        tracer: Tracer,
+        *,
+        first: Callable[[], Int64Array] | None,
+        exact: bool,
+    ) -> None:
+        self._edit, self._samples, self._rows, self._tracer, self._exact = edit, samples, rows, tracer, exact
+        self._tally = rows.tally
+        self._preview = DeltaPreview(state.result, edit, samples)
+        self._seen = None if first is None else first()
+        self._lacking = rows.map.lacking(former=True)
+        self._changed: list[Int64Array] = [np.flatnonzero(self._lacking)]
+        self._begin = time.perf_counter()
+        rays = edit.settings.rays
+        self._total = (len(rows.whole) + len(rows.check)) * rays
+        self._done = self._traced = self._tested = self._found = 0
+
+    def run(self, old: Tracer | None) -> Generator[Progress | Partial, None, SurfaceRays]:
+        """Does it.
+
+        Args:
+            old: A tracer of the world before; None if no sample is to be checked.
+        """
+        whole = self._in_order(self._rows.whole)
+        thin = len(whole) // _FIRST
+        yield from self._trace_whole(whole[:thin])
+        if len(self._rows.check):
+            assert old is not None, "samples are checked against both worlds"
+            low, high = self._edit.casters.boxes
+            opaque = np.concatenate([self._edit.casters.before.opaque, self._edit.casters.after.opaque])
+            with ChangedRays(old, self._tracer, self._edit.change, low, high, opaque) as rays:
+                yield from self._check(rays, self._in_order(self._rows.check), whole[thin:])
+        else:
+            yield from self._trace_whole(whole[thin:])
+        return SurfaceRays(
+            self._tally,
+            np.unique(np.concatenate(self._changed)),
+            rays_traced=self._traced,
+            rays_tested=self._tested,
+            rays_changed=self._found,
+        )
+
+    def _trace_whole(self, rows: Int64Array) -> Generator[Progress | Partial]:
+        settings, tally = self._edit.settings, self._tally
+        step = max(1, min(self._tracer.batch_size, _CHUNK_RAYS // settings.rays))
+        for begin in range(0, len(rows), step):
+            part = rows[begin : begin + step]
+            found = traced(self._tracer, self._samples.only(part))
+            known = ~self._lacking[part]
+            before = np.where(known[:, None], tally.ao[part], np.float32(np.nan))
+            valid = _some(tally, part).valid(settings.back_face_threshold)
+            differs = ~known | (found.ao != before).any(axis=1) | (found.valid(settings.back_face_threshold) != valid)
+            self._changed.append(part[differs])
+            _put(tally, part, found)
+            self._count(len(part), len(part) * settings.rays, len(part) * settings.rays)
+            yield self._progress()
+            moved = np.where(known[:, None], found.ao - before, found.ao)
+            yield self._preview.partial(part, moved, known, self._done * settings.rays, self._total)
+
+    def _check(self, rays: ChangedRays, rows: Int64Array, whole: Int64Array) -> Generator[Progress | Partial]:
+        """The samples to be checked: a few rays of each, then the rest of those traced whole, then all rays."""
+        if self._exact:
+            yield from self._trace_whole(whole)
+            yield from self._check_exactly(rays, rows)
+            return
+        count, k = self._edit.settings.rays, self._edit.settings.distance_count
+        ao: Float64Array = np.zeros((len(rows), k))
+        hits, backs, found = (np.zeros(len(rows), np.int32) for _ in range(3))
+        for number, part in enumerate(_parts(count)):
+            step = max(1, _CHUNK_TESTS // (part.stop - part.start))
+            for begin in range(0, len(rows), step):
+                own = slice(begin, begin + step)
+                change = rays.trace(self._samples.only(rows[own]), rays=part)
+                ao[own] += change.ao
+                hits[own] += change.hits
+                backs[own] += change.back_faces
+                found[own] += change.changed
+                self._add(change)
+                share = part.stop / count
+                self._done += round(len(change) * (part.stop - part.start) / count)
+                yield self._progress()
+                known = np.ones(len(change), np.bool_)
+                moved = (ao[own] / share).astype(np.float32)
+                some = np.flatnonzero(found[own] > 0) if number else np.arange(len(change))
+                yield self._preview.partial(rows[own][some], moved[some], known[some], self._done * count, self._total)
+            if number == 0:
+                yield from self._trace_whole(whole)
+        none = np.zeros(0, np.int64)
+        every = TallyChange(ao, hits, backs, found, found, found, none, Tally.empty(0, k))
+        self._apply(rows, every)
+
+    def _check_exactly(self, rays: ChangedRays, rows: Int64Array) -> Generator[Progress | Partial]:
+        step = max(1, _CHUNK_RAYS // self._edit.settings.rays)
+        for begin in range(0, len(rows), step):
+            part = rows[begin : begin + step]
+            change = rays.trace(self._samples.only(part), exact=True)
+            before = self._tally.ao[part]
+            self._add(change)
+            self._done += len(part)
+            self._apply(part, change)
+            yield self._progress()
+            known = np.ones(len(part), np.bool_)
+            moved = self._tally.ao[part] - before
+            yield self._preview.partial(part, moved, known, self._done * self._edit.settings.rays, self._total)
+
+    def _apply(self, rows: Int64Array, change: TallyChange) -> None:
+        touched = change.changed > 0
+        touched[change.whole] = True
+        before = _some(self._tally, rows)
+        after = change.applied(before)
+        threshold = self._edit.settings.back_face_threshold
+        differs = (after.ao != before.ao).any(axis=1) | (after.valid(threshold) != before.valid(threshold))
+        _put(self._tally, rows[touched], _some(after, np.flatnonzero(touched)))
+        self._changed.append(rows[touched & differs])
+
+    def _add(self, change: TallyChange) -> None:
+        self._tested += int(change.tested.sum(dtype=np.int64))
+        self._traced += int(change.traced.sum(dtype=np.int64))
+        self._found += int(change.changed.sum(dtype=np.int64))
+
+    def _count(self, done: int, traced: int, found: int) -> None:
+        self._done += done
+        self._traced += traced
+        self._found += found
+
+    def _progress(self) -> Progress:
+        seconds, done = time.perf_counter() - self._begin, self._done * self._edit.settings.rays
+        return Progress("trace", min(done, self._total), self._total, seconds, self._traced / max(seconds, 1e-9))
+
+    def _in_order(self, rows: Int64Array) -> Int64Array:
+        """A thin spread over everything, then what is in view, then by what the edit may do."""
+        if not len(rows):
+            return rows
+        strength = self._rows.bound[rows].copy()
+        if self._seen is not None:
+            seen = np.zeros(self._edit.world.vertex_count, np.bool_)
+            seen[self._seen] = True
+            strength += np.float32(4.0) * seen[self._edit.world.faces[self._samples.face[rows]]].any(axis=1)
+        strength[::_FIRST] += np.float32(8.0)
+        return rows[np.argsort(-strength, kind="stable")]
 
 
 def traced(tracer: Tracer, samples: SampleSet) -> Tally:
@@ -97,25 +209,16 @@ def traced(tracer: Tracer, samples: SampleSet) -> Tally:
     return found
 
 
+def _parts(rays: int) -> list[slice]:
+    """Numbers of rays in parts that grow: 4, 12, 48 of 64."""
+    ends = sorted({max(rays >> (2 * left), 1) for left in range(PASSES - 1)})
+    return [slice(begin, end) for begin, end in zip([0, *ends[:-1]], ends, strict=True)]
+
+
 def _some(tally: Tally, rows: Int64Array) -> Tally:
     return Tally(tally.ao[rows], tally.rays[rows], tally.hits[rows], tally.back_faces[rows])
 
 
-def _mask(rows: Int64Array, count: int) -> np.ndarray:
-    found = np.zeros(count, np.bool_)
-    found[rows] = True
-    return found
-
-
-def _in_order(
-    edit: Edit, samples: SampleSet, rows: SurfaceRows, wanted: Int64Array, first: Callable[[], Int64Array] | None
-) -> Int64Array:
-    """Positions in `wanted`: a thin spread over everything, then what is in view, then by what the edit may do."""
-    strength = rows.bound[wanted].copy()
-    strength[: len(rows.whole)] = 2.0
-    if first is not None:
-        seen = np.zeros(edit.world.vertex_count, np.bool_)
-        seen[first()] = True
-        strength += np.float32(4.0) * seen[edit.world.faces[samples.face[wanted]]].any(axis=1)
-    strength[::_FIRST] += np.float32(8.0)
-    return np.argsort(-strength, kind="stable")
+def _put(tally: Tally, rows: Int64Array, found: Tally) -> None:
+    tally.ao[rows], tally.rays[rows] = found.ao, found.rays
+    tally.hits[rows], tally.back_faces[rows] = found.hits, found.back_faces
