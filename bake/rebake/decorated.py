@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Generator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,18 +13,21 @@ from bake.decorators.resampling import Resampling, resample_surfaces
 from bake.decorators.trees import BakedTrees, bake_trees
 from bake.devices import Device
 from bake.pipeline import lent_stages, open_tracer
+from bake.rebake.known_points import known_points
 from bake.rebake.known_trees import KnownTrees
 from bake.rebake.setting_changes import REGIONS, SAMPLES, SMALL, SOLVE, SPACE, TREES
 from bake.rebake.state import Edit, State
+from bake.region_types import PointState
 from bake.regions.model_findings import KINDS
 from bake.regions.probes import judged
 from bake.regions.region_stage import RegionOutcome, bake_regions, find_regions, model_regions
+from bake.regions.space import RegionSpace
 from bake.samples import place_samples
 from bake.scene import samplable_faces
 from bake.solve import map_to_vertices
 from bake.stages import StageClock
 from bake.trace import Tracer
-from bake.types import BakeResult, Finding, Int64Array, Progress, Role, VertexField
+from bake.types import BakeResult, Finding, Float32Array, Int64Array, Progress, Role, VertexField
 
 TREE_FINDINGS = frozenset({"tree-volume-coarsened", "tree-volume-buried", "local-ao-refined"})
 SMALL_FINDINGS = frozenset({"no-surface-around", "far-from-finest-level"})
@@ -72,28 +76,58 @@ def _renumbered(state: State, edit: Edit, fits: TreeFits) -> TreeFits:
     return dataclasses.replace(fits, object=objects)
 
 
+@dataclass(frozen=True, slots=True)
+class RebakedRegions:
+    """What became of the regions.
+
+    Attributes:
+        outcome: As a bake's; None without any.
+        skipped: Shape (t,), float32: what is skipped after this edit, one a traced point.
+        traced: Points that were traced.
+    """
+
+    outcome: RegionOutcome | None
+    skipped: Float32Array
+    traced: int = 0
+
+
 def rebaked_regions(
-    state: State, edit: Edit, tracer: Tracer, clock: StageClock
-) -> Generator[Progress, None, RegionOutcome | None]:
-    """Regions: found, traced and modelled anew if anything changed for rays; else as much of it as the settings ask."""
-    before = state.result
-    regions, change = before.regions, edit.settings_change
-    space = change.any_of(SPACE) or len(edit.casters) > 0 or not _same_boxes(state, edit)
-    if space or (regions is None) != (_asked_for(edit) == ""):
-        found = yield from find_regions(edit.scene, edit.world, edit.settings, tracer, clock)
-        return (yield from bake_regions(found, edit.settings, tracer, clock))
-    if regions is None:
+    state: State, edit: Edit, tracer: Tracer, clock: StageClock, *, bound: float
+) -> Generator[Progress, None, RebakedRegions]:
+    """Regions: found anew if what stops movement changed, traced where the edit can reach, and modelled."""
+    before, change = state.result, edit.settings_change
+    regions, kept = before.regions, before.skipped
+    opaque = bool(edit.casters.before.opaque.any() or edit.casters.after.opaque.any())
+    space: RegionSpace | None = None
+    if change.any_of(SPACE) or opaque or not _same_boxes(state, edit) or (regions is None) != (_asked_for(edit) == ""):
+        space = yield from find_regions(edit.scene, edit.world, edit.settings, tracer, clock)
+        if space is None:
+            return RebakedRegions(None, np.zeros(0, np.float32))
+    elif regions is None:
         clock.skipped("regions", "none asked for (--regions auto makes some)")
-        return None
+        return RebakedRegions(None, np.zeros(0, np.float32))
+    elif len(edit.casters):
+        clock.skipped("regions", "carried: nothing that stops movement changed")
+        findings = _findings(before, SPACE_FINDINGS)
+        valid = regions.points.state != PointState.UNREACHABLE
+        space = RegionSpace(regions.graph, np.asarray(valid), findings, float("nan"), 0)
+    if space is not None:
+        known, skipped = known_points(state, edit, space, bound)
+        traced = len(skipped) if known is None else int(np.count_nonzero(known.wanted))
+        outcome = yield from bake_regions(space, edit.settings, tracer, clock, known=known)
+        return RebakedRegions(outcome, skipped, traced)
+    assert regions is not None
+    skipped = np.zeros(0, np.float32) if kept is None else kept.points
     for name in ("regions", "region probes"):
         clock.skipped(name, _NOT_REACHED)
     if change.any_of(REGIONS) or "back_face_threshold" in change.names:
         points = judged(regions.points, edit.settings.back_face_threshold)
         outcome = yield from model_regions(regions.graph, points, edit.settings, clock)
-        return RegionOutcome(outcome.regions, (*_findings(before, SPACE_FINDINGS), *outcome.findings))
+        outcome = RegionOutcome(outcome.regions, (*_findings(before, SPACE_FINDINGS), *outcome.findings))
+        return RebakedRegions(outcome, skipped)
     for name in ("fit regions", "regularise regions"):
         clock.skipped(name, _NOT_REACHED)
-    return RegionOutcome(regions, _findings(before, SPACE_FINDINGS | MODEL_FINDINGS))
+    return RebakedRegions(RegionOutcome(regions, _findings(before, SPACE_FINDINGS | MODEL_FINDINGS)), skipped)
 
 
 def rebaked_around(

@@ -82,7 +82,7 @@ def follow(
         shown = changed_vertices(state, edit, field)
         yield Partial(shown, field.ao[shown], rays.rays_traced, rays.rays_traced, final=True)
         trees, known_trees = yield from rebaked_trees(state, edit, tracer, device, clock, bound=bound)
-        dynamic = yield from rebaked_regions(state, edit, tracer, clock)
+        regions = yield from rebaked_regions(state, edit, tracer, clock, bound=bound)
         around = yield from rebaked_around(state, edit, field, changed=len(shown) > 0, device=device, clock=clock)
     except BaseException:
         for mine in (tracer, old):
@@ -91,6 +91,7 @@ def follow(
         raise
     if old is not None and old is not kept:
         old.close()
+    dynamic = regions.outcome
     decorators = Decorators(
         fog=edit.fog,
         volume=trees.volume if trees else None,
@@ -122,11 +123,21 @@ def follow(
         versions=versions(),
         decorators=None if decorators == Decorators() else decorators,
         regions=dynamic.regions if dynamic else None,
-        skipped=skipped_after(state, rows.skipped, trees, known_trees),
+        skipped=skipped_after(state, rows.skipped, trees, known_trees, regions.skipped),
         stale=_stale(state, edit, samples, rows),
     )
     vertices = changed_vertices(state, edit, around.field)
-    report = _report(state, edit, samples, rows, rays, vertices, clock)
+    voxels = 0 if trees is None else len(trees.volume.voxel)
+    untouched = (
+        state.result.decorators is not None and trees is not None and trees.volume is state.result.decorators.volume
+    )
+    report = dataclasses.replace(
+        _report(state, edit, samples, rows, rays, vertices, clock),
+        voxels=voxels,
+        voxels_traced=0 if untouched else known_trees.traced_voxels if known_trees else voxels,
+        points=0 if dynamic is None else len(dynamic.regions.points.traced),
+        points_traced=regions.traced,
+    )
     after = State(result, edit.scene, tracer, update.keeper, places)
     return after, RebakeOutcome(result, report)
 

@@ -53,7 +53,7 @@ class KnownTrees:
         """Voxels out of the edit's reach."""
         old = self._volume
         if grid.spacing != old.spacing:
-            self.skipped_voxels = np.zeros(len(grid.voxel), np.float32)
+            self.skipped_voxels, self.traced_voxels = np.zeros(len(grid.voxel), np.float32), len(grid.voxel)
             return None
         origin = self._state.result.world.origin
         first = np.rint((old.origin + origin) / old.spacing).astype(np.int64)

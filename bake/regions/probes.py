@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 from collections.abc import Generator, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -46,8 +47,30 @@ class SphereTracer(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class KnownPoints:
+    """Points that need not be traced, in the order of `RegionPoints.traced`.
+
+    Attributes:
+        sh: Shape (t, 9, k), float32: as in `RegionPoints`, where they are known.
+        windowed: Shape (t,), uint8.
+        share: Shape (t,), float32: of back faces.
+        wanted: Shape (t,), bool: those to be traced.
+    """
+
+    sh: Float32Array
+    windowed: UInt8Array
+    share: Float32Array
+    wanted: BoolArray
+
+
 def trace_points(
-    graph: RegionGraph, reachable: BoolArray, tracer: SphereTracer, settings: BakeSettings
+    graph: RegionGraph,
+    reachable: BoolArray,
+    tracer: SphereTracer,
+    settings: BakeSettings,
+    *,
+    known: KnownPoints | None = None,
 ) -> Generator[int, None, RegionPoints]:
     """Traces the reachable points of all regions (Sloan et al. 2013, section 2.3).
 
@@ -59,6 +82,7 @@ def trace_points(
         reachable: Shape (r · GRID³,): points worth tracing, in the order of `RegionPoints`.
         tracer: Of the whole world.
         settings: `region_directions`, `back_face_threshold` and `seed`.
+        known: What need not be traced.
 
     Yields:
         How many points are done.
@@ -67,16 +91,21 @@ def trace_points(
     traced = np.flatnonzero(reachable).astype(np.int32)
     seeds = point_seeds(graph.names, settings.seed)
     directions, k = settings.region_directions, settings.distance_count
-    sh, windowed = np.empty((len(traced), 9, k), np.float32), np.empty(len(traced), np.uint8)
     share = np.zeros(len(positions), np.float32)
+    rows = np.arange(len(traced))
+    if known is None:
+        sh, windowed = np.empty((len(traced), 9, k), np.float32), np.empty(len(traced), np.uint8)
+    else:
+        sh, windowed, rows = known.sh.copy(), known.windowed.copy(), np.flatnonzero(known.wanted)
+        share[traced] = known.share
     size = tracer.points_at_once(directions)
-    for begin in range(0, len(traced), size):
-        part = slice(begin, begin + size)
+    for begin in range(0, len(rows), size):
+        part = rows[begin : begin + size]
         points = traced[part]
         counts = tracer.gather_sphere(positions[points], seeds[points], directions)
         share[points] = counts.back_faces / np.maximum(counts.hits, 1)
         sh[part], windowed[part] = window(convolve(counts.sh))
-        yield min(begin + size, len(traced))
+        yield min(begin + size, len(rows))
     points = RegionPoints(
         position=positions,
         state=np.where(reachable, PointState.VALID, PointState.UNREACHABLE).astype(np.uint8),

@@ -15,7 +15,7 @@ from bake.region_types import CentreKind, PointState, RegionGraph, RegionPoints,
 from bake.regions.graph import make_graph
 from bake.regions.model_findings import KINDS, model_findings
 from bake.regions.models import FittedRegions, fit_and_absorb, mean_error, regularised_regions
-from bake.regions.probes import SphereTracer, trace_points
+from bake.regions.probes import KnownPoints, SphereTracer, trace_points
 from bake.regions.rays import NearestHits
 from bake.regions.space import RegionSpace
 from bake.settings import BakeSettings
@@ -78,7 +78,12 @@ def find_regions(
 
 
 def bake_regions(
-    space: RegionSpace | None, settings: BakeSettings, tracer: RegionTracer, clock: StageClock
+    space: RegionSpace | None,
+    settings: BakeSettings,
+    tracer: RegionTracer,
+    clock: StageClock,
+    *,
+    known: KnownPoints | None = None,
 ) -> Generator[Progress, None, RegionOutcome | None]:
     """Traces the points of regions and models them (Sloan et al. 2013, section 2.3); None without any.
 
@@ -87,10 +92,11 @@ def bake_regions(
         settings: Those of the bake.
         tracer: Of the whole world, open.
         clock: Gets the rows "region probes" and `MODEL_ROWS`.
+        known: Points that need not be traced.
     """
     if space is None:
         return None
-    points = yield from _probes(space, settings, tracer, clock)
+    points = yield from _probes(space, settings, tracer, clock, known)
     outcome = yield from model_regions(space.graph, points, settings, clock)
     return RegionOutcome(outcome.regions, (*space.findings, *outcome.findings))
 
@@ -130,11 +136,12 @@ def remodelled(result: BakeResult, settings: BakeSettings, clock: StageClock) ->
 
 
 def _probes(
-    space: RegionSpace, settings: BakeSettings, tracer: RegionTracer, clock: StageClock
+    space: RegionSpace, settings: BakeSettings, tracer: RegionTracer, clock: StageClock, known: KnownPoints | None
 ) -> Generator[Progress, None, RegionPoints]:
     begin, directions = time.perf_counter(), settings.region_directions
-    total = int(np.count_nonzero(space.valid)) * directions
-    work = trace_points(space.graph, space.valid, tracer, settings)
+    count = int(np.count_nonzero(space.valid if known is None else known.wanted))
+    total = count * directions
+    work = trace_points(space.graph, space.valid, tracer, settings, known=known)
     while True:
         try:
             done = next(work) * directions
@@ -145,7 +152,7 @@ def _probes(
     seconds = _since(begin)
     dropped = int(np.count_nonzero(points.state == PointState.BACK_FACES))
     why = (
-        f"{len(points.traced):,} points of {directions:,} rays, {len(points.traced) / seconds:,.0f} points/s; "
+        f"{count:,} points of {directions:,} rays, {count / seconds:,.0f} points/s; "
         f"{dropped:,} see too many back faces, {int(points.windowed.sum()):,} rang"
     )
     clock.ran("region probes", why, seconds, total)
