@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from bake.arrays import Float64Array
 from bake.bench.isolation import isolated
 from bake.bench.scaling_device import run_to_end, runnable, warm_up
 from bake.bench.scaling_scenes import SEED, write_field, write_instances
@@ -57,10 +58,13 @@ def measure_scaling(
         fields = [_measured(write_field, Path(folder) / f"{n}.glb", n, options) for n in scales(largest)]
         copies = [_measured(write_instances, Path(folder) / f"{n} copies.glb", n, options) for n in counts]
     seeds = {"scene": SEED, "bake": int(options.get("seed", 1))}
-    how = f"{options['rays']} rays a sample, {options['samples-per-face']} samples a face; each in a fresh process in which a lone cube was baked before"
+    how = (
+        f"{options['rays']} rays a sample, {options['samples-per-face']} samples a face; each in a fresh process in "
+        "which a lone cube was baked before"
+    )
     notes = [how, f"{STORE}: writing the result, and what lies between the stages; peak memory is the process's"]
-    by_triangles = Measurements("speed by triangles", fields, notes, seeds)
-    by_copies = Measurements("speed by copies", copies, [how], seeds)
+    by_triangles = Measurements("speed by triangles", fields, notes, seeds=seeds)
+    by_copies = Measurements("speed by copies", copies, [how], seeds=seeds)
     exponents = [
         *exponent_rows(fields, "triangles", EXPONENT_GATE),
         *exponent_rows([row for row in copies if row.get("objects", 0) >= 100], "objects", EXPONENT_GATE),
@@ -70,7 +74,7 @@ def measure_scaling(
         f"{_LEAST_S:g} s or more, and of the last two of them; a stage that has fewer than two is left out",
         f"gate: fitted exponent at most {EXPONENT_GATE:g}",
     ]
-    return by_triangles, by_copies, Measurements("growth", exponents, told, seeds)
+    return by_triangles, by_copies, Measurements("growth", exponents, told, seeds=seeds)
 
 
 def exponent_rows(rows: Sequence[Row], size: str, gate: float) -> list[dict[str, Any]]:
@@ -80,7 +84,8 @@ def exponent_rows(rows: Sequence[Row], size: str, gate: float) -> list[dict[str,
         pairs = [(float(row[size]), float(row[stage])) for row in rows if row.get(stage, 0.0) >= _LEAST_S]
         if len(pairs) < 2:
             continue
-        x, y = np.log(np.array(pairs)).T
+        logarithms: Float64Array = np.log(np.array(pairs))
+        x, y = logarithms[:, 0], logarithms[:, 1]
         slope = float(np.polyfit(x, y, 1)[0])
         last = float((y[-1] - y[-2]) / (x[-1] - x[-2]))
         over = f"{pairs[0][0]:,.0f} to {pairs[-1][0]:,.0f}"

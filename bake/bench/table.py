@@ -28,7 +28,7 @@ class Measurements:
     name: str
     rows: Sequence[Row]
     notes: Sequence[str] = ()
-    seeds: Mapping[str, int] = field(default_factory=dict[str, int])
+    seeds: Mapping[str, int] = field(default_factory=dict[str, int], kw_only=True)
 
     @property
     def passed(self) -> bool:
