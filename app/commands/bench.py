@@ -109,10 +109,10 @@ def _mappings(arguments: argparse.Namespace) -> list[Measurements]:
 
 def _speed(arguments: argparse.Namespace) -> list[Measurements]:
     from bake.bench.overhead import measure_overhead
-    from bake.bench.solving import measure_solving
+    from bake.bench.solving import measure_solving, measure_updates
 
     scenes = _scenes(arguments) if arguments.paths else []
-    return [measure_overhead(scenes, explicit_options(arguments)), measure_solving()]
+    return [measure_overhead(scenes, explicit_options(arguments)), measure_solving(), measure_updates()]
 
 
 def _stability(arguments: argparse.Namespace) -> list[Measurements]:
