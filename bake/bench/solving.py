@@ -7,6 +7,7 @@ import warnings
 
 import numpy as np
 
+from bake.bench.solve_updates import GATE_S, update_rows
 from bake.bench.synthetic import Geometry, height_field
 from bake.bench.table import Measurements
 from bake.samples import place_samples
@@ -16,6 +17,24 @@ from bake.types import Float32Array, Float64Array, ObjectKeys, Role, SampleSet, 
 
 _GATE = 5.0
 _DIRECT_UNKNOWNS = 250_000
+
+
+_UPDATED_UNKNOWNS = 200_000
+
+
+def measure_updates(*, unknowns: int = _UPDATED_UNKNOWNS) -> Measurements:
+    """Changes of alpha and of the threshold alone on a height field of `unknowns` vertices, one connected piece."""
+    world = _world(height_field(round(unknowns**0.5) - 1))
+    settings = BakeSettings(samples_per_face=(4, 4))
+    samples = place_samples(world, settings)
+    valid = np.random.default_rng(1).random(len(samples)) > 0.1
+    rows = update_rows(world, samples, _made_up_ao(world, samples), valid, settings)
+    notes = [
+        f"height field, {len(samples):,} samples, a tenth of them invalid; nothing is traced",
+        f"update: from what is kept of the bake before, best of a few; gate: {GATE_S:g} s",
+        "whole: `map_to_vertices` from nothing, the threshold's validity given",
+    ]
+    return Measurements("solve updates", rows, notes, {"validity": 1})
 
 
 def measure_solving(*, unknowns: int = 1_500_000, alpha: float = 0.1) -> Measurements:

@@ -201,8 +201,11 @@ def surface_of(bake: Bake, objects: Int64Array, extent: float) -> Surface:
 
 def alpha_of_faces(world: World, objects: Int64Array) -> Float64Array:
     """Alpha of the faces of objects that have their own, NaN elsewhere."""
-    keys = (world.object_keys[i].alpha for i in objects)
-    own = np.array([np.nan if alpha is None else alpha for alpha in keys], np.float64)
+    own = np.full(len(objects), np.nan)
+    for place, number in enumerate(map(int, objects)):
+        alpha = world.object_keys[number].alpha
+        if alpha is not None:
+            own[place] = alpha
     return np.repeat(own, np.diff(world.first_face)[objects])
 
 
@@ -241,6 +244,7 @@ def begun(draft: Draft, scene: SceneScatter, mean_area: float) -> Block:
     surface, own_alpha = draft.surface, draft.own_alpha
     equations = build_equations(surface, draft.moments, own_alpha, scene, mean_area=mean_area)
     values = equations.average.copy()
+    columns = int(values.shape[1])
     return Block(
         objects=draft.objects,
         surface=surface,
@@ -254,9 +258,9 @@ def begun(draft: Draft, scene: SceneScatter, mean_area: float) -> Block:
         gradient=np.zeros(values.shape),
         pull=np.zeros(len(values)),
         held=np.zeros(values.shape, np.bool_),
-        held_vertices=np.zeros(values.shape[1], np.int64),
+        held_vertices=np.zeros(columns, np.int64),
         failed=np.zeros(len(surface.first) - 1, np.bool_),
-        square_error=np.zeros(values.shape[1]),
+        square_error=np.zeros(columns),
         mass=float(draft.moments.mass.sum()),
         places=Places(surface.position, equations.starved, surface.first),
     )
@@ -267,6 +271,7 @@ def _part_of_world(world: World, objects: Int64Array) -> World:
     vertices, faces = ranges(world.first_vertex, objects), ranges(world.first_face, objects)
     sizes, counts = np.diff(world.first_vertex)[objects], np.diff(world.first_face)[objects]
     first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    numbers = [int(number) for number in objects]
     shift = np.repeat(world.first_vertex[objects] - first[:-1], counts)
     return replace(
         world,
@@ -280,10 +285,10 @@ def _part_of_world(world: World, objects: Int64Array) -> World:
         face_openness=world.face_openness[faces],
         first_vertex=first,
         first_face=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
-        object_paths=tuple(world.object_paths[i] for i in objects),
-        object_roles=tuple(world.object_roles[i] for i in objects),
-        object_keys=tuple(world.object_keys[i] for i in objects),
-        object_hash=tuple(world.object_hash[i] for i in objects),
+        object_paths=tuple(world.object_paths[i] for i in numbers),
+        object_roles=tuple(world.object_roles[i] for i in numbers),
+        object_keys=tuple(world.object_keys[i] for i in numbers),
+        object_hash=tuple(world.object_hash[i] for i in numbers),
         vertex_uv=None,
         face_texture=None,
         textures=(),

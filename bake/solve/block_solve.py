@@ -207,7 +207,7 @@ def _patch(
         begin = np.concatenate([[0], np.cumsum(np.diff(begin)[order])]).astype(np.int64)
         square = csr_array((square.data[places], turned[square.indices[places]], begin), shape=(size, size))
     first = np.concatenate([[0], np.cumsum(np.bincount(label, minlength=pieces))]).astype(np.int64)
-    diagonal: Float64Array = square.diagonal()
+    diagonal = np.asarray(square.diagonal(), np.float64)
     own = members[order]
     before = x[own]
     # what the rows ask for, given all beyond the patch: b - A_out x_out = A_in x_in - g

@@ -97,7 +97,7 @@ def find_sources(
     anew_block, anew_unknown = _newly_known(places, before)
     points = np.zeros((0, 3))
     if len(carried) and len(anew_block):
-        points = np.concatenate([places[b].position[anew_unknown[anew_block == b]] for b in np.unique(anew_block)])
+        points = np.concatenate([places[b].position[anew_unknown[anew_block == b]] for b in _each(anew_block)])
         low, high = points.min(axis=0), points.max(axis=0)
         least = np.linalg.norm(at[carried] - np.clip(at[carried], low, high), axis=1)
         carried = carried[least <= distance[carried] * (1.0 + TIED)]
@@ -118,12 +118,12 @@ def find_sources(
 def filled_from_afar(equations: Sequence[Equations], sources: Sources) -> list[Equations]:
     """The equations of all blocks with the averages that the sources give."""
     filled = list(equations)
-    for number in np.unique(sources.block):
+    for number in _each(sources.block):
         here = np.flatnonzero(sources.block == number)
         lost, whence = sources.unknown[here], sources.from_block[here]
         average = equations[number].average.copy()
         average[lost] = OPEN
-        for other in np.unique(whence[whence >= 0]):
+        for other in _each(whence[whence >= 0]):
             own = whence == other
             average[lost[own]] = equations[other].average[sources.from_unknown[here[own]]]
         if not np.array_equal(average, equations[number].average):
@@ -206,7 +206,7 @@ def _look_up(places: Sequence[Places], points: Float64Array) -> tuple[Int64Array
         return block, unknown, best
     boxes = [(place.position.min(axis=0), place.position.max(axis=0)) for place in places]
     least = np.stack([np.linalg.norm(points - np.clip(points, low, high), axis=1) for low, high in boxes])
-    for number in np.argsort(least.sum(axis=1), kind="stable"):
+    for number in map(int, np.argsort(least.sum(axis=1), kind="stable")):
         near = np.flatnonzero(least[number] <= best * (1.0 + TIED))
         if not len(near) or places[number].starved.all():
             continue
@@ -217,3 +217,8 @@ def _look_up(places: Sequence[Places], points: Float64Array) -> tuple[Int64Array
         block[near[better]], unknown[near[better]] = number, rows[found[better]]
         best[near[better]] = apart[better]
     return block, unknown, best
+
+
+def _each(numbers: Int64Array) -> list[int]:
+    """The distinct ones, sorted."""
+    return [int(number) for number in np.unique(numbers)]

@@ -32,8 +32,12 @@ def receivers(world: World) -> Int64Array:
 
 def joiners(world: World, weld_instances: bool) -> set[int]:
     """The receiving objects that share vertices with others they touch."""
-    keys = world.object_keys
-    return {int(i) for i in receivers(world) if (weld_instances if keys[i].weld is None else keys[i].weld)}
+    return {i for i in map(int, receivers(world)) if _joins(world, i, weld_instances)}
+
+
+def _joins(world: World, number: int, weld_instances: bool) -> bool:
+    own = world.object_keys[number].weld
+    return weld_instances if own is None else own
 
 
 def match_objects(old: World, new: World, change: WorldChange, *, weld_instances: bool) -> list[Match]:
@@ -41,11 +45,10 @@ def match_objects(old: World, new: World, change: WorldChange, *, weld_instances
     gone = np.bincount(new.face_object[change.old_face < 0], minlength=new.object_count) > 0
     before = change.old_object
     found = [Match.SAME if number >= 0 else Match.OTHER for number in before]
-    for number in np.flatnonzero((before >= 0) & (gone | change.object_receives_anew)):
-        joins = new.object_keys[number].weld
-        rigid = not (weld_instances if joins is None else joins)
-        found[number] = _match(old, int(before[number]), new, int(number), may_move=rigid)
-    for number, at in enumerate(before):
+    for number in map(int, np.flatnonzero((before >= 0) & (gone | change.object_receives_anew))):
+        rigid = not _joins(new, number, weld_instances)
+        found[number] = _match(old, int(before[number]), new, number, may_move=rigid)
+    for number, at in enumerate(map(int, before)):
         if at >= 0 and old.object_roles[at].receives_per_vertex != new.object_roles[number].receives_per_vertex:
             found[number] = Match.OTHER
     return found

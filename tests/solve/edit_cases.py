@@ -134,9 +134,12 @@ def world_change(old: World, new: World) -> WorldChange:
 
 def changed_rows(old: Level, new: Level, change: WorldChange) -> np.ndarray:
     """Rows of the new samples that differ from those before, or were not there."""
-    known = {(int(face), int(index)): row for row, (face, index) in enumerate(zip(old.samples.face, old.samples.index))}
+    known = {
+        (int(face), int(index)): row
+        for row, (face, index) in enumerate(zip(old.samples.face, old.samples.index, strict=True))
+    }
     rows: list[int] = []
-    for row, (face, index) in enumerate(zip(new.samples.face, new.samples.index)):
+    for row, (face, index) in enumerate(zip(new.samples.face, new.samples.index, strict=True)):
         before = known.get((int(change.old_face[face]), int(index)))
         if before is None or (old.ao[before] != new.ao[row]).any() or old.valid[before] != new.valid[row]:
             rows.append(row)

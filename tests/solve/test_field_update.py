@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bake.settings import BakeSettings, MappingKind
 from bake.solve import FieldKeeper, FieldUpdate, map_to_vertices
-from bake.types import ObjectKeys, Role
+from bake.types import Role
 from tests.solve.edit_cases import Level, Part, changed_rows, level_of, some_part, world_change
 from tests.solve.solve_cases import grid
 from tests.worlds import icosphere

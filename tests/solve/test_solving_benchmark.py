@@ -16,3 +16,14 @@ def test_it_times_the_solve_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     assert all(row["solve seconds"] > 1e-6 for row in measured.rows)
     assert large["iterations"] > 0
     assert large["gain per unknown"] == pytest.approx(direct["µs per unknown"] / large["µs per unknown"])
+
+
+def test_updates_are_held_against_whole_solves() -> None:
+    """Every change has its time and its error, which the estimate covers."""
+    measured = solving.measure_updates(unknowns=900)
+    assert [str(row["change"]).split(",")[0] for row in measured.rows] == [
+        "alpha alone", "threshold alone", "threshold alone",
+    ]  # fmt: skip
+    for row in measured.rows:
+        assert row["unknowns"] == 900
+        assert row["largest difference"] <= max(row["estimate of it"], 1e-6) <= 2.5e-4
