@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
 USAGE = (
-    "accuracy|mapping|speed|stability|scenes|lods|trees|fog|regions|causes|explain|window [SCENE | FOLDER …] "
-    "[--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] [--plots FOLDER] "
+    "accuracy|mapping|speed|stability|scenes|lods|trees|fog|regions|causes|explain|rebake|window "
+    "[SCENE | FOLDER …] [--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] [--plots FOLDER] "
     "[--json] [settings]"
 )
 
@@ -32,7 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         "tree's AO against what is traced on it; fog: what shrubs as boxes cost, and how "
                         "close they come to the real foliage; regions: what dynamic regions hold and cost, and what a "
                         "walk through them shows; causes: how often the cause of an injected dark spot is named "
-                        "rightly; explain: error and time of explanations and counterfactuals; window: how soon the "
+                        "rightly; explain: error and time of explanations and counterfactuals; rebake: random edits, each "
+                        "rebake held against a whole bake; window: how soon the "
                         "window is there and answers, on a level of its own or on one scene or result")  # fmt: skip
     parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
     parser.add_argument(
@@ -42,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--plots",
         type=Path,
         metavar="FOLDER",
-        help="draw what was measured there, as .png (accuracy, regions, stability and trees only)",
+        help="draw what was measured there, as .png (accuracy, rebake, regions, stability and trees only)",
     )
     parser.add_argument(
         "--scales", metavar="X,…", default="", help="metres in a unit of each scene (causes and explain)"
@@ -57,13 +58,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--keep",
         type=Path,
         metavar="FOLDER",
-        help="keep there what is traced, and take it from there when scene and settings are the same (regions only)",
+        help="keep there what is traced, and take it from there when scene and settings are the same (regions and rebake)",
     )
     parser.add_argument(
         "--peers",
         type=Path,
         metavar="PYTHON",
         help="an interpreter that has other bakers installed: bpy, open3d, libigl, pymeshlab (accuracy only)",
+    )
+    parser.add_argument("--edits", type=int, default=100, metavar="N", help="edits in each scene (rebake only)")
+    parser.add_argument("--bound", default="1/512", metavar="B", help="most AO skipped for a sample (rebake only)")
+    parser.add_argument(
+        "--minutes", type=float, default=None, metavar="X", help="begin no edit after so many (rebake only)"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object a table, a line each")
     add_settings_options(parser)
@@ -209,6 +215,26 @@ def _explain(arguments: argparse.Namespace) -> Iterable[Measurements]:
     return measure_explanations(scenes, explicit_options(arguments), scales=scales)
 
 
+def _rebake(arguments: argparse.Namespace) -> list[Measurements]:
+    from app.commands.rebake import bound_of
+    from bake.bench.rebake import LARGEST, RMS, measure_rebakes
+
+    tables, rows = measure_rebakes(
+        _scenes(arguments),
+        explicit_options(arguments),
+        edits=arguments.edits,
+        bound=bound_of(arguments.bound),
+        keep=arguments.keep,
+        seconds=float("inf") if arguments.minutes is None else 60.0 * arguments.minutes,
+    )
+    if arguments.plots is not None and rows:
+        from app.commands.rebake_plot import plot_rebakes
+
+        arguments.plots.mkdir(parents=True, exist_ok=True)
+        plot_rebakes(arguments.plots / "rebake.png", rows, largest=LARGEST, rms=RMS)
+    return tables
+
+
 def _window(arguments: argparse.Namespace) -> Iterable[Measurements]:
     from app.commands.window import has_display
     from app.window_bench.measure import measure_window
@@ -255,5 +281,6 @@ _SUBJECTS: dict[str, Callable[[argparse.Namespace], Iterable[Measurements]]] = {
     "regions": _regions,
     "causes": _causes,
     "explain": _explain,
+    "rebake": _rebake,
     "window": _window,
 }

@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
         output_path=output,
         scene_path=arguments.scene,
         objects=tuple(part for part in arguments.objects.split(",") if part),
-        **({} if arguments.bound is None else {"bound": _bound(arguments.bound)}),
+        **({} if arguments.bound is None else {"bound": bound_of(arguments.bound)}),
         options=explicit_options(arguments),
     )
     done = drive(run_rebake(request))
@@ -72,7 +72,12 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _bound(text: str) -> float:
+def bound_of(text: str) -> float:
+    """A bound as typed: a number or a fraction.
+
+    Raises:
+        InputError: it is none, or not from 0 to 1.
+    """
     from bake.errors import InputError
 
     top, _, bottom = text.partition("/")
