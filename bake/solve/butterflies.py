@@ -77,7 +77,8 @@ def find_edges(
     An edge carries a butterfly if exactly two distinct faces meet there and their normals differ by at most the crease
     angle. The order of the corners does not matter: a smooth surface whose winding is inconsistent has opposed normals
     there, and its two sides are different surfaces. Faces on the same three unknowns with the same side count once, and
-    those of them that take no samples not at all if others do.
+    those of them that take no samples not at all if others do. Degenerate faces count nowhere: a face without area that
+    fills a T-junction does not part the two that meet beside it.
 
     Args:
         corners: Shape (m, 3), int64, unknowns.
@@ -102,6 +103,7 @@ def find_edges(
     ends = np.column_stack(np.divmod(key[begins], size))
 
     extra = ~_first_of_duplicates(corners, normals, np.ones(len(corners), np.bool_) if sampled is None else sampled)
+    extra |= ~normals.any(axis=1)
     if extra.any():
         order = order[~np.repeat(extra, 3)[order]]
         runs = np.bincount(number[order][number[order] >= 0], minlength=len(ends))
@@ -182,6 +184,22 @@ def unfold(positions: Float64Array, corners: Int64Array, edges: Edges) -> Butter
         faces=face.astype(np.int32)[keep],
         degenerate=int(np.count_nonzero(~proper)),
     )
+
+
+def without_slivers(
+    normals: Float64Array, area: Float64Array, positions: Float64Array, corners: Int64Array
+) -> Float64Array:
+    """Face normals with those of faces too thin for any butterfly made zero, shape (m, 3); see `SLIVER`."""
+    thin = 2.0 * area <= SLIVER * _longest_squared(positions, corners)
+    return np.where(thin[:, None], 0.0, normals) if thin.any() else normals
+
+
+def _longest_squared(positions: Float64Array, corners: Int64Array) -> Float64Array:
+    longest = np.zeros(len(corners))
+    for side in range(3):
+        arm = positions[corners[:, side - 1]] - positions[corners[:, side]]
+        np.maximum(longest, np.einsum("ij,ij->i", arm, arm), out=longest)
+    return longest
 
 
 def _triangles(corner: Float64Array) -> tuple[Float64Array, Float64Array, Float64Array]:

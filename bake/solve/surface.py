@@ -13,7 +13,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from bake.geometry import face_normals
-from bake.solve.butterflies import Butterflies, find_edges, unfold
+from bake.solve.butterflies import Butterflies, find_edges, unfold, without_slivers
 from bake.solve.weld import weld_vertices
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array, World
 
@@ -105,6 +105,7 @@ def build_surface(world: World, *, crease_angle: float, weld_instances: bool, ex
     position[unknown[baked]] = world.positions[baked]
 
     normals, area = face_normals(position, corners)
+    normals = without_slivers(normals, area, position, corners)
     edges = find_edges(corners, normals, crease_angle, world.face_samples[faces])
     butterflies = unfold(position, corners, edges)
 
