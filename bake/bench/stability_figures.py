@@ -222,7 +222,7 @@ def region_figures(result: BakeResult) -> list[Figure]:
 def _undershoot(sh: np.ndarray) -> float:
     """How far below 0 the points' AO goes along the axes."""
     axes = np.concatenate([np.eye(3), -np.eye(3)])
-    return worst_excess(np.einsum("njk,aj->nak", sh.astype(np.float64), evaluate(axes)), high=math.inf)
+    return worst_excess(np.einsum("njk,aj->nak", sh.astype(np.float64), evaluate(axes)), high=1e9)
 
 
 def worst(figures: Sequence[Figure]) -> Figure:
