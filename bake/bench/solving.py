@@ -34,7 +34,7 @@ def measure_updates(*, unknowns: int = _UPDATED_UNKNOWNS) -> Measurements:
         f"update: from what is kept of the bake before, best of a few; gate: {GATE_S:g} s",
         "whole: `map_to_vertices` from nothing, the threshold's validity given",
     ]
-    return Measurements("solve updates", rows, notes, {"validity": 1})
+    return Measurements("solve updates", rows, notes)
 
 
 def measure_solving(*, unknowns: int = 1_500_000, alpha: float = 0.1) -> Measurements:

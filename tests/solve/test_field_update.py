@@ -113,7 +113,7 @@ def test_a_small_shadow_on_a_large_mesh_is_solved_for_on_a_patch(alpha: float) -
     keeper = keeper_of(level)
     solved = 0
     for _ in range(6):
-        shadow = shadow + [*rng.uniform(-0.3, 0.6, 2), 0, 0.02]
+        shadow = shadow + np.array([*rng.uniform(-0.3, 0.6, 2), 0, 0.02])
         after = level_of(parts, level.settings, 7, shadow)
         update = follow(keeper, level, after, 1e-3)
         expected = whole(after)
