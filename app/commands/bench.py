@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 USAGE = (
     "accuracy|mapping|speed|stability|scenes|lods|trees|fog|regions|causes|explain|rebake|window "
-    "[SCENE | FOLDER …] [--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] [--plots FOLDER] "
-    "[--json] [settings]"
+    "[SCENE | FOLDER …] [--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] "
+    "[--edits N] [--bound B] [--minutes X] [--keep FOLDER] [--plots FOLDER] [--json] [settings]"
 )
 
 
@@ -32,8 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         "tree's AO against what is traced on it; fog: what shrubs as boxes cost, and how "
                         "close they come to the real foliage; regions: what dynamic regions hold and cost, and what a "
                         "walk through them shows; causes: how often the cause of an injected dark spot is named "
-                        "rightly; explain: error and time of explanations and counterfactuals; rebake: random edits, each "
-                        "rebake held against a whole bake; window: how soon the "
+                        "rightly; explain: error and time of explanations and counterfactuals; rebake: random "
+                        "edits, each rebake held against a whole bake; window: how soon the "
                         "window is there and answers, on a level of its own or on one scene or result")  # fmt: skip
     parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
     parser.add_argument(
@@ -58,7 +58,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--keep",
         type=Path,
         metavar="FOLDER",
-        help="keep there what is traced, and take it from there when scene and settings are the same (regions and rebake)",
+        help="keep there what is traced, and go on from there when scene and settings are the same "
+        "(regions and rebake)",
     )
     parser.add_argument(
         "--peers",
