@@ -76,6 +76,16 @@ class BoxSolver:
         component = np.repeat(np.arange(len(sizes)), sizes)
         self._whole = _Part(matrix, scale, first[:-1], sizes, component, step)
 
+    def size(self, component: int) -> int:
+        """How many unknowns a component has."""
+        return int(self._whole.sizes[component])
+
+    def component(self, component: int) -> tuple[csr_array, Float64Array, slice]:
+        """Its matrix scaled to a unit diagonal, the root of the diagonal it had, and where its unknowns lie."""
+        begin = int(self._whole.begin[component])
+        own = slice(begin, begin + self.size(component))
+        return self._whole.matrix[own][:, own], self._whole.scale[own], own
+
     def solve(
         self,
         rhs: Float64Array,

@@ -13,6 +13,7 @@ import numpy as np
 from bake.errors import SolveError
 from bake.settings import BakeSettings, MappingKind
 from bake.solve.conjugate_gradient import BoxSolution, BoxSolver
+from bake.solve.direct import finished
 from bake.solve.mass import FaceMoments, face_moments
 from bake.solve.prior import SceneScatter
 from bake.solve.surface import build_surface
@@ -160,7 +161,10 @@ class VertexMapper:
         columns = values.shape[1]
 
         def column(k: int) -> BoxSolution:
-            return solver.solve(system.rhs[:, k], guess[:, k], tolerance=TOLERANCE, most_iterations=MOST_ITERATIONS)
+            rhs = system.rhs[:, k]
+            return finished(
+                solver, rhs, solver.solve(rhs, guess[:, k], tolerance=TOLERANCE, most_iterations=MOST_ITERATIONS)
+            )
 
         iterations, residual = 0, 0.0
         failed = np.zeros(len(first) - 1, np.bool_)
