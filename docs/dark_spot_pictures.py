@@ -1,13 +1,14 @@
-"""Makes the pictures of docs/dark-spot.md: walks through one dark spot in the real window, and keeps what it shows.
+"""Makes the pictures of docs/dark-spot.md: mends one planted dark spot of the sample level in the real window.
 
-    .ci/with-display .venv/bin/python docs/dark_spot_pictures.py SCENE FOLDER [NUMBER] [quality]
+    .ci/with-display .venv/bin/python docs/dark_spot_pictures.py [FOLDER]
 
-SCENE is copied first, so that nothing is written beside it; FOLDER takes the pictures; NUMBER is the row of the spot in
-the table, counted from 1 (without: the first that a remedy mends).
+FOLDER takes the pictures; without it they go beside this script. The level is copied first, so that nothing is written
+beside it, and baked at preview quality, twice.
 """
 
 from __future__ import annotations
 
+import json
 import logging
 import shutil
 import sys
@@ -18,38 +19,44 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+import numpy as np
 import pyvistaqt  # noqa: F401 - sets the OpenGL format before any window
-from PyQt6.QtCore import QSettings
-from PyQt6.QtGui import QGuiApplication
+from PyQt6.QtCore import QEvent, QPointF, QSettings, Qt
+from PyQt6.QtGui import QGuiApplication, QMouseEvent
 from PyQt6.QtWidgets import QApplication, QPushButton
 
+from app.compare_panel import CompareMode
 from app.document import default_result_folder
 from app.parts.comparison import PANEL as COMPARISON
 from app.parts.comparison import ComparisonPart
 from app.parts.explain import ExplainPart
-from app.parts.spots import SpotsPart
+from app.region_flight import looking
 from app.style import application
 from app.window import Window
-from bake.explain.preview import Preview
 from bake.pipeline import BakeRequest, run_bake
 
-SIZE = (1400, 900)
+LEVEL = Path(__file__).resolve().parents[1] / "assets" / "sample_level"
+PLANTED = "8_enclosing_shell"
+CULPRIT = "Shell"
+FROM = np.array([1.0, 1.0, 3.2])
+"""Where the camera stands, in metres from the spot."""
+QUALITY = {"quality": "preview", "region-directions": "64"}
+SIZE = (1280, 800)
+PATIENCE_S = 600.0
+COLOURS = 96
+
 logger = logging.getLogger(__name__)
-PATIENCE = 240.0
-LIGHTER = 0.25
-"""By how much a preview must be lighter to be worth a picture."""
 
 
 class Walk:
-    """A window over a copy of a scene, and its pictures."""
+    """A window over a copy of the sample level, and its pictures."""
 
-    def __init__(self, scene: Path, folder: Path, work: Path, quality: str) -> None:
+    def __init__(self, folder: Path, work: Path) -> None:
         self.app, self.folder = application(), folder
-        self.scene = work / scene.name
-        for other in scene.parent.iterdir():
-            if other.is_file():
-                shutil.copy(other, work / other.name)
-        for _ in run_bake(BakeRequest(self.scene, default_result_folder(self.scene, work), {"quality": quality})):
+        self.scene = work / "level.glb"
+        for name in ("level.glb", "level.glb.obscura.toml"):
+            shutil.copy(LEVEL / name, work / name)
+        for _ in run_bake(BakeRequest(self.scene, default_result_folder(self.scene, work), QUALITY)):
             pass
         habits = QSettings(str(work / "habits.ini"), QSettings.Format.IniFormat)
         habits.setValue("hints/dismissed", True)
@@ -69,7 +76,7 @@ class Walk:
 
     def until(self, done: Callable[[], bool]) -> None:
         """Lets the window live until something is so."""
-        end = time.perf_counter() + PATIENCE
+        end = time.perf_counter() + PATIENCE_S
         while not done():
             self.rest(0.05)
             if time.perf_counter() > end:
@@ -89,93 +96,101 @@ class Walk:
         assert screen is not None
         path = self.folder / f"dark-spot-{name}.png"
         screen.grabWindow(self.window.winId()).save(str(path))
-        Image.open(path).convert("RGB").quantize(96, dither=Image.Dither.NONE).save(path, optimize=True)
+        Image.open(path).convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+
+    def look_at_spot(self) -> None:
+        """Selects the object with the planted spot and flies to it."""
+        spots = json.loads((LEVEL / "planted.json").read_text())["spots"]
+        spot = next(item for item in spots if item["label"] == PLANTED)
+        document, main = self.window.document, self.window.area.main
+        assert document.world is not None
+        document.select(document.world.object_paths.index(spot["object"]))
+        point = np.array(spot["position"]) - document.world.origin
+        main.navigation.fly_to(looking(main.camera, point + FROM, point))
+        self.rest(1.5)
+
+    def click(self) -> None:
+        """Clicks in the middle of the view."""
+        view = self.window.area.main.view
+        place = QPointF(view.width() / 2.0, view.height() / 2.0)
+        for kind, held in (
+            (QEvent.Type.MouseButtonPress, Qt.MouseButton.LeftButton),
+            (QEvent.Type.MouseButtonRelease, Qt.MouseButton.NoButton),
+        ):
+            left, none = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+            QApplication.sendEvent(view, QMouseEvent(kind, place, view.mapToGlobal(place), left, held, none))
+        self.rest(0.3)
 
     def explain(self) -> None:
-        """Explains the next spot."""
-        part = self.window.part(ExplainPart)
-        former = part.explained
-        self.act("spot-next")
+        """Explains the clicked point."""
+        part, world = self.window.part(ExplainPart), self.window.document.world
         self.act("explain")
-        self.until(lambda: part.explained is not None and part.explained is not former)
-        assert part.explained is not None
-        spot, world = part.explained.explanation.spot, self.window.document.world
-        assert world is not None
-        causes = ", ".join(f"{cause.kind.heading} {cause.confidence:.2f}" for cause in part.explained.causes[:3])
-        value = part.explained.explanation.value.round(3).tolist()
-        logger.info("%s at %s: AO %s; %s", world.object_paths[spot.object], spot.position.round(2), value, causes)
+        self.until(lambda: part.explained is not None)
+        assert part.explained is not None and world is not None
+        explanation = part.explained.explanation
+        causes = ", ".join(f"{cause.kind.heading} {cause.confidence:.2f}" for cause in part.explained.causes)
+        path = world.object_paths[explanation.spot.object]
+        place = (explanation.spot.position + world.origin).round(2)
+        logger.info("%s at %s: AO %s; %s", path, place, explanation.value.round(3), causes)
 
-    def mending(self) -> tuple[QPushButton, QPushButton] | None:
-        """The buttons of the first remedy shown whose preview is much lighter."""
+    def point_at_culprit(self) -> None:
+        """Asks for the value without the occluder that the level's author forgot."""
+        panel = self.window.part(ExplainPart).panel
+        proxy = panel.view.proxy
+        texts = [str(proxy.index(row, 0).data()) for row in range(proxy.rowCount())]
+        panel.view.entered.emit(proxy.index(texts.index(CULPRIT), 0))
+        self.until(lambda: "→" in panel._without.text())
+        logger.info("%s", panel._without.text())
+
+    def preview(self) -> tuple[QPushButton, QPushButton]:
+        """Previews the first remedy of the likeliest cause; its two buttons."""
         part = self.window.part(ExplainPart)
-        seen: list[Preview] = []
+        row, seen = part.panel.causes._cards[0]._rows[0], list[object]()
         part.live.previewed.connect(seen.append)
-        try:
-            for card in part.panel.causes._cards:
-                for row in card._rows:
-                    if row._remedy.writes and row._remedy.objects:
-                        count = len(seen)
-                        row._preview.click()
-                        self.until(lambda count=count: len(seen) > count)
-                        gain = float(seen[-1].after[0] - seen[-1].before[0])
-                        logger.info("%s: %+.3f", row._remedy.text, gain)
-                        if gain > LIGHTER:
-                            return row._preview, row._apply
-            return None
-        finally:
-            part.live.previewed.disconnect(seen.append)
+        row._preview.click()
+        self.until(lambda: bool(seen))
+        part.live.previewed.disconnect(seen.append)
+        logger.info("%s: %s", row._remedy.text, seen[0])
+        return row._preview, row._apply
+
+    def bake(self) -> None:
+        """Bakes again and waits for the result."""
+        ended: list[object] = []
+        self.window.controller.bake_ended.connect(ended.append)
+        self.act("bake")
+        self.until(lambda: bool(ended) and self.window.controller.is_idle)
 
 
-def main(scene: Path, folder: Path, number: int, quality: str) -> None:
+def main(folder: Path) -> None:
     """Walks through the spot."""
     with tempfile.TemporaryDirectory() as work:
-        walk = Walk(scene, folder, Path(work), quality)
-        window, explain, spots = walk.window, walk.window.part(ExplainPart), walk.window.part(SpotsPart)
-        walk.act("spots")
-        walk.until(lambda: spots.spots is not None)
-        walk.explain()
-        buttons, row = None, 1
-        while row < number or (number == 0 and (buttons := walk.mending()) is None):
-            walk.explain()
-            row += 1
-        explain.panel.view.clearSelection()
-        window.bench.registry["explain"].trigger()  # anew, without the preview
-        walk.rest(1.0)
-        explain.panel.rays.setChecked(False)
-        explain.panel.samples.setChecked(False)
-        window.bench.show_panel("Display")
+        walk = Walk(folder, Path(work))
+        window = walk.window
+        walk.look_at_spot()
+        walk.click()
         walk.keep("1-found")
-        explain.panel.rays.setChecked(True)
-        explain.panel.samples.setChecked(True)
-        window.bench.show_panel("Explain")
+        walk.explain()
         walk.keep("2-explained")
-        explain.panel.view.entered.emit(explain.panel.view.proxy.index(0, 0))
-        walk.until(lambda: "→" in explain.panel._without.text())
+        walk.point_at_culprit()
         walk.keep("3-without")
-        buttons = walk.mending()
-        if buttons is None:
-            raise SystemExit("no remedy that can be written helps here")
-        window.docks["Explain"].widget().ensureWidgetVisible(buttons[0])  # type: ignore[union-attr]
+        preview, apply = walk.preview()
+        window.docks["Explain"].widget().ensureWidgetVisible(preview)  # type: ignore[union-attr]
         walk.keep("4-preview")
-        buttons[1].click()
-        walk.until(walk.scene.with_name(walk.scene.name + ".obscura.toml").exists)
-        baked: list[object] = []
-        window.controller.bake_ended.connect(baked.append)
-        walk.act("bake")
-        walk.until(lambda: bool(baked) and window.controller.is_idle)
+        side_file = walk.scene.with_name(walk.scene.name + ".obscura.toml")
+        before = side_file.read_text()
+        apply.click()
+        walk.until(lambda: side_file.read_text() != before and window.controller.is_idle)
+        walk.bake()
+        comparison = window.part(ComparisonPart)
         walk.act("compare-before")
-        walk.until(lambda: window.part(ComparisonPart).compared is not None)
+        walk.until(lambda: comparison.compared is not None)
         window.bench.show_panel(COMPARISON)
+        comparison.set_mode(CompareMode.SIDE)
+        walk.rest(1.0)
         walk.keep("5-compared")
         window.close()
 
 
 if __name__ == "__main__":
     logging.basicConfig(level=logging.INFO)
-    arguments = sys.argv[1:]
-    main(
-        Path(arguments[0]).resolve(),
-        Path(arguments[1]),
-        int(arguments[2]) if len(arguments) > 2 else 0,
-        arguments[3] if len(arguments) > 3 else "preview",
-    )
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent)
