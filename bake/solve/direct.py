@@ -1,12 +1,12 @@
-"""Components that conjugate gradients give up: factorised, and solved under bounds by a primal-dual active set.
+"""Components that conjugate gradients give up: factorised, and solved under bounds by block pivoting.
 
 Where alpha is so large that the regulariser outweighs the data a thousandfold, the system's condition grows with it and
 no number of iterations that anyone would wait for suffices. A sparse factorisation does not care. The bounds come in by
-guessing which values sit at 0 or 1, solving for the rest, and guessing again from where the answer and the multipliers
-point; the guess repeats after a few rounds, and then all optimality conditions hold.
+guessing which values sit at 0 or 1, solving for the rest, and guessing again from where the answer and the slopes
+point; after a few rounds nothing contradicts the guess, and then all optimality conditions hold.
 
-Reference: Hintermüller, Ito and Kunisch 2002, "The primal-dual active set strategy as a semismooth Newton method" (SIAM
-Journal on Optimization 13(3)).
+Reference: block principal pivoting, Júdice and Pires 1994, "A block principal pivoting algorithm for large-scale
+strictly monotone linear complementarity problems" (Computers & Operations Research 21(5)).
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ from bake.types import Float64Array
 LARGEST = 100_000
 """Unknowns of a component up to which it is factorised: some seconds, and a gigabyte at most."""
 
-_ROUNDS = 30
+_FACTORISED = 400_000  # unknowns in all rounds together
+_PATIENCE = 6
+_SLACK = 1e-13
 _REFINEMENTS = 2
 
 
@@ -57,23 +59,33 @@ def finished(solver: BoxSolver, rhs: Float64Array, solution: BoxSolution) -> Box
 
 
 def _active_set(matrix: csr_array, b: Float64Array, upper: Float64Array, x: Float64Array) -> Float64Array | None:
-    """The minimum over 0 ≤ x ≤ upper, or None if the guesses went in circles."""
+    """The minimum over 0 ≤ x ≤ upper, or None if the guesses do not settle.
+
+    All values that contradict the guess change sides at once; where that makes no fewer of them for a few rounds, only
+    the last one does, which cannot go in circles.
+    """
     low, high = x <= 0, x >= upper
-    for _ in range(_ROUNDS):
+    fewest, patience = len(b) + 1, _PATIENCE
+    for _ in range(max(30, min(400, _FACTORISED // len(b)))):
         x = np.where(high, upper, 0.0)
         free = ~(low | high)
         if free.any():
             x[free] = _solved(matrix[free][:, free], (b - matrix @ x)[free])
-        multiplier = b - matrix @ x
-        multiplier[free] = 0.0
-        # the system's diagonal is 1: a multiplier and a step of the same size weigh the same
-        next_low = x + multiplier < 0
-        next_high = x + multiplier > upper
-        next_low |= low & (multiplier < 0)
-        next_high |= high & (multiplier > 0)
-        if np.array_equal(next_low, low) and np.array_equal(next_high, high):
+        slope = matrix @ x - b
+        # the system's diagonal is 1: a slope and a step of the same size weigh the same
+        slack = _SLACK * np.maximum(upper, 1.0)
+        below, above = free & (x < -slack), free & (x > upper + slack)
+        wrong = below | above | (low & (slope < -slack)) | (high & (slope > slack))
+        count = int(np.count_nonzero(wrong))
+        if count == 0:
             return x
-        low, high = next_low, next_high
+        if count < fewest:
+            fewest, patience = count, _PATIENCE
+        elif patience > 0:
+            patience -= 1
+        else:
+            wrong[: np.flatnonzero(wrong)[-1]] = False
+        low, high = (low ^ (wrong & low)) | (below & wrong), (high ^ (wrong & high)) | (above & wrong)
     return None
 
 
