@@ -14,7 +14,7 @@ from bake.scene.normals import unit_vectors
 from bake.scene.shared_mesh import MeshSharer, SharedMesh
 from bake.scene.surface import samplable_faces
 from bake.settings import BakeSettings
-from bake.types import Float64Array, Int64Array, Role, Scene, SceneObject, World
+from bake.types import BoolArray, Float64Array, Int64Array, Role, Scene, SceneObject, World
 
 INDEX_LIMIT = 2**31 - 1
 
@@ -22,9 +22,9 @@ INDEX_LIMIT = 2**31 - 1
 def flatten(scene: Scene, settings: BakeSettings, *, origin: Float64Array | None = None) -> World:
     """Expands a scene into one vertex and one face array in world space.
 
-    - The origin lies near the centre of the bounding box of all objects that are not ignored, on a coarse grid: a small
-      edit hardly ever moves it, and an object's positions then depend on that object alone, to the bit. The subtraction
-      is done in float64, so that a level far from zero loses nothing.
+    - The origin lies near the centre of the bounding box of all objects that are not ignored (`decides_origin`), on a
+      coarse grid: a small edit hardly ever moves it, and an object's positions then depend on that object alone, to the
+      bit. The subtraction is done in float64, so that a level far from zero loses nothing.
     - A mirroring transform flips the winding; normals go by the inverse transpose.
     - A vertex normal is turned round where it opposes every face around it (`opposing_normals`).
     - A face with an exact twin of opposite winding counts as two-sided (`SharedMesh.face_two_sided`).
@@ -170,7 +170,10 @@ def _place(
     counts = np.array([item.role is not Role.IGNORE for item in objects])
     counts |= not counts.any()
     minimum, maximum = (low + moved)[counts].min(axis=0), (high + moved)[counts].max(axis=0)
-    origin = kept if kept is not None and surely else near_centre(minimum, maximum, kept)
+    decides = decides_origin([item.role for item in objects])
+    origin = near_centre((low + moved)[decides].min(axis=0), (high + moved)[decides].max(axis=0), kept)
+    if kept is not None and surely:
+        origin = kept
     for number, shift in enumerate(moved - origin):
         positions[first_vertex[number] : first_vertex[number + 1]] += shift
     return _Placed(
@@ -182,6 +185,19 @@ def _place(
         maximum=maximum - origin,
         diagonals=np.linalg.norm(high - low, axis=1),
     )
+
+
+def decides_origin(roles: Sequence[Role]) -> BoolArray:
+    """Objects whose box the origin is near to, shape (o,): those that receive anything, if there are any.
+
+    Rounding to float32 costs a vertex the 2⁻²⁴th part of its distance from the origin, and it is where values are baked
+    that this matters. A backdrop that only blocks may thus stand as far off as it likes, on one side of the level.
+    """
+    receives = np.array([role not in (Role.IGNORE, Role.BLOCKER) for role in roles], np.bool_)
+    if receives.any():
+        return receives
+    blocks = np.array([role is Role.BLOCKER for role in roles], np.bool_)
+    return blocks if blocks.any() else ~blocks
 
 
 def near_centre(minimum: Float64Array, maximum: Float64Array, kept: Float64Array | None) -> Float64Array:

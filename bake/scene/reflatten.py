@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bake.scene.flatten import flatten, flatten_about, near_centre
+from bake.scene.flatten import decides_origin, flatten, flatten_about, near_centre
 from bake.settings import BakeSettings
-from bake.types import Float64Array, Int64Array, Role, Scene, SceneObject, World
+from bake.types import Float64Array, Int64Array, Scene, SceneObject, World
 
 
 def reflatten(world: World, before: Scene, scene: Scene, settings: BakeSettings) -> World:
@@ -127,11 +127,9 @@ def _piece(world: World, name: str, offsets: str, run: slice) -> NDArray[Any]:
 
 def _origin_stays(world: World) -> bool:
     """Whether `flatten` would keep the world's origin too."""
-    ignored = np.array([role is Role.IGNORE for role in world.object_roles])
-    if ignored.all():
-        ignored[:] = False
+    decides = decides_origin(world.object_roles)
     counts = np.diff(world.first_vertex) > 0
     starts = world.first_vertex[:-1][counts]
-    low: Float64Array = np.minimum.reduceat(world.positions, starts, axis=0)[~ignored[counts]].min(axis=0)
-    high: Float64Array = np.maximum.reduceat(world.positions, starts, axis=0)[~ignored[counts]].max(axis=0)
+    low: Float64Array = np.minimum.reduceat(world.positions, starts, axis=0)[decides[counts]].min(axis=0)
+    high: Float64Array = np.maximum.reduceat(world.positions, starts, axis=0)[decides[counts]].max(axis=0)
     return not near_centre(low, high, np.zeros(3)).any()
