@@ -26,8 +26,10 @@ from bake.samples import place_samples
 from bake.scene import flatten, load_scene, read_bake_options, samplable_faces
 from bake.settings import BakeSettings, TracerKind
 from bake.solve import map_to_vertices
+from bake.solve.importance import sample_importance
 from bake.stages import StageClock, patiently
 from bake.trace import Tracer, create_tracer
+from bake.trace.adaptive import PILOT, trace_adaptively
 from bake.types import BakeResult, Finding, Progress, Role, SampleSet, Scene, Tally, VertexField, VertexState, World
 
 _NO_SURFACE = "no surface receives ambient obscurance"
@@ -160,7 +162,7 @@ def bake(
         ),
         device=tracer.device,
         tracer=tracer.name,
-        rays_skipped=0,
+        rays_skipped=len(samples) * settings.rays - int(tally.rays.sum(dtype=np.int64)),
         versions=versions(),
         decorators=None if decorators == Decorators() else decorators,
         regions=dynamic.regions if dynamic else None,
@@ -170,11 +172,13 @@ def bake(
 def trace(
     tracer: Tracer, samples: SampleSet, settings: BakeSettings, clock: StageClock
 ) -> Generator[Progress, None, Tally]:
-    """Traces every sample."""
+    """Traces every sample: with all of its rays, or with as many as it needs."""
     tally = Tally.empty(len(samples), settings.distance_count)
     if len(samples) == 0:
         clock.skipped("trace", _NO_SURFACE)
         return tally
+    if settings.adaptive_error is not None:
+        return (yield from _trace_adaptively(tracer, samples, settings, clock))
     begin, total, seconds = time.perf_counter(), len(samples) * settings.rays, 0.0
     for batch in samples.batches(tracer.batch_size):
         tracer.accumulate(samples, batch, tally)
@@ -182,6 +186,27 @@ def trace(
         yield Progress("trace", done, total, seconds, done / max(seconds, 1e-9))
     clock.ran("trace", f"{settings.rays} rays a sample", seconds, total)
     return tally
+
+
+def _trace_adaptively(
+    tracer: Tracer, samples: SampleSet, settings: BakeSettings, clock: StageClock
+) -> Generator[Progress, None, Tally]:
+    importance, ahead = yield from patiently("trace", lambda: sample_importance(tracer.world, samples, settings))
+    begin = time.perf_counter()
+    tally, plan = yield from trace_adaptively(tracer, samples, importance, settings)
+    sent = int(plan.rays.sum())
+    error = ", ".join(f"{value:.4f}" for value in plan.error)
+    why = (
+        f"{sent / len(samples):.1f} rays a sample of up to {settings.rays}: "
+        f"{len(samples) * settings.rays - sent:,} skipped, of them {_left(plan.buried, settings):,} behind walls and "
+        f"{_left(plan.unreachable, settings):,} in the open; estimated error {error}"
+    )
+    clock.ran("trace", why, ahead + time.perf_counter() - begin, sent)
+    return tally
+
+
+def _left(samples: np.ndarray, settings: BakeSettings) -> int:
+    return int(np.count_nonzero(samples)) * (settings.rays - PILOT)
 
 
 def lent_stages(device: Device) -> StagesLent:

@@ -73,6 +73,13 @@ class BakeSettings:
         TracerKind.AUTO, "Tracer", "auto takes Warp on CUDA and Embree on the CPU", affects="nothing", advanced=True
     )
     rays: int = setting(64, "Rays", "Rays per surface sample; powers of two sample best", low=1, high=65535)
+    adaptive_error: float | None = setting(
+        None,
+        "Adaptive error",
+        "Noise of vertex values at which rays end: a sample sends 8 to --rays, a power of two; without it, all of them",
+        above=0.0,
+        high=1.0,
+    )
     samples_per_face: tuple[int, int] = setting(
         (4, 16), "Samples per face", "Fewest and most surface samples on a face", low=1, high=4096
     )
@@ -269,6 +276,12 @@ class BakeSettings:
                 "the occlusion kernel has no falloff of its own",
                 where="--kernel",
                 remedy="give --max-distance as well",
+            )
+        if self.adaptive_error is not None and (self.rays < 16 or self.rays & (self.rays - 1)):
+            raise SettingsError(
+                f"adaptive rays cannot be cut from {self.rays} a sample",
+                where="--rays",
+                remedy="use a power of two from 16 on",
             )
         for stage in self.skip:
             if stage not in self.SKIPPABLE:

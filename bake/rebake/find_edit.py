@@ -57,6 +57,8 @@ def find_edit(
         return NoEdit(f"changed settings: {', '.join(change.full)}", scene)
     if dict(result.versions) != versions():
         return NoEdit("the result was baked by other versions of the program or its libraries", scene)
+    if settings.adaptive_error is not None:
+        return NoEdit("adaptive rays: how many a sample sends hangs on all others, so they are traced whole", scene)
     world = _flattened(state, scene, settings, exact=exact)
     if not np.array_equal(world.origin, result.world.origin):
         return NoEdit("the level's extent changed so much that its origin moves", scene)

@@ -92,10 +92,11 @@ class Tracer(ABC):
         self.settings = settings
 
     @abstractmethod
-    def accumulate(self, samples: SampleSet, batch: slice, tally: Tally) -> None:
+    def accumulate(self, samples: SampleSet, batch: slice, tally: Tally, *, rays: int | None = None) -> None:
         """Traces the rays of the samples in `batch` and writes their rows of `tally`.
 
-        Every sample sends exactly `settings.rays` rays; `tally.rays` says so afterwards.
+        Every sample sends exactly `rays` rays, `settings.rays` if None; `tally.rays` says so afterwards. They are the
+        block number `SampleSet.index` of that many points of its face's sequence.
         """
 
     @abstractmethod

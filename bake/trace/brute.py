@@ -66,9 +66,9 @@ class TracerBrute(Tracer):
         cross = np.cross(self._edge1, self._edge2)
         self._normal = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-300)[:, None]
 
-    def accumulate(self, samples: SampleSet, batch: slice, tally: Tally) -> None:
+    def accumulate(self, samples: SampleSet, batch: slice, tally: Tally, *, rays: int | None = None) -> None:
         """Traces a batch; see `Tracer.accumulate`."""
-        rays = self.settings.rays
+        rays = self.settings.rays if rays is None else rays
         found = self._follow(*sample_rays(self.world, samples, batch, rays), trees=True)
         tally.ao[batch] = np.clip(found.open_share.reshape(-1, rays, self.settings.distance_count).mean(1), 0.0, 1.0)
         tally.hits[batch] = found.met.reshape(-1, rays).sum(1)

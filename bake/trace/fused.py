@@ -77,17 +77,18 @@ class TracerFused(Tracer):
         self._work: Any = None
         self._work_of: SampleSet | None = None
 
-    def accumulate(self, samples: SampleSet, batch: slice, tally: Tally) -> None:
+    def accumulate(self, samples: SampleSet, batch: slice, tally: Tally, *, rays: int | None = None) -> None:
         """Traces a batch; see `Tracer.accumulate`."""
         if self._work_of is not samples:
             self._work, self._work_of = self._upload_work(samples), samples
+        self._work.rays = rays = self.settings.rays if rays is None else rays
         assert self._veil is not None
         inputs = [self.entry, self.scene, self.surface, self._veil.argument, self._work, self.falloff]
         self.launch(self._obscurance_kernel(), batch, inputs)
         tally.ao[batch] = self._download(self._work.ao, batch)
         tally.hits[batch] = self._download(self._work.hits, batch)
         tally.back_faces[batch] = self._download(self._work.back_faces, batch)
-        tally.rays[batch] = self.settings.rays
+        tally.rays[batch] = rays
 
     def nearest(self, origins: Float32Array, directions: Float32Array, t_max: float) -> Hits:
         """Closest hits; see `Tracer.nearest`."""
