@@ -37,7 +37,7 @@ from bake.types import BakeResult, Tally, VertexField, World
 STAGES = ("bake", "embree", "warp", "cuda", "brute", "least-squares", "average",
           "fog", "volume", "trees", "decorators", "regions")  # fmt: skip
 PARITY_GATE = 0.01
-_PARITY_SAMPLES = 128
+_PARITY_SAMPLES, _FEWEST_SAMPLES, _PARITY_PAIRS = 96, 16, 3_500_000
 _PARITY = 2e-5
 _SPHERES = 64
 _CPU = Device("cpu", "CPU")
@@ -70,8 +70,8 @@ class Matrix:
 
 
 def bench_settings(options: Mapping[str, Any]) -> BakeSettings:
-    """Few rays, so that the whole matrix is done in a minute; explicit options win."""
-    quick = {"rays": 32, "samples-per-face": "4:4", "region-directions": 128, "volume-directions": 128, "device": "cpu"}
+    """The defaults but for equal numbers of samples on all faces and fewer directions; explicit options win."""
+    quick = {"samples-per-face": "4:4", "region-directions": 128, "volume-directions": 128, "device": "cpu"}
     return BakeSettings.from_options({**quick, **options})
 
 
@@ -164,7 +164,7 @@ class _Bench:
         """One tracer's surface samples, spheres and lines of sight."""
         world, settings = result.world, result.settings
         is_brute = body == "brute"
-        rows = _rows(len(result.samples))
+        rows = _rows(len(result.samples), world.face_count * settings.rays)
         some = result.samples.only(rows)
         samples = some if is_brute else result.samples
         tally = Tally.empty(len(samples), settings.distance_count)
@@ -174,7 +174,7 @@ class _Bench:
             few = some.only(np.arange(0, len(some), 4 if is_brute else 1))
             records = tracer.record(few)
             points, directions = _points(world), _axes()
-            centres = points[:: 4 if is_brute else 1]
+            centres = points[:: 8 if is_brute else 1]
             sphere = tracer.gather_sphere(centres, np.arange(len(centres), dtype=np.uint32), 64)
             reach = min(settings.trace_distance, 1e9)
             passes = tracer.transmittance(points, directions, reach)
@@ -208,8 +208,10 @@ def _in_unit(settings: BakeSettings, unit: float) -> BakeSettings:
     )
 
 
-def _rows(count: int) -> np.ndarray:
-    return np.unique(np.linspace(0, max(0, count - 1), min(count, _PARITY_SAMPLES)).astype(np.int64))
+def _rows(count: int, pairs: int) -> np.ndarray:
+    """Samples spread over all, as many as brute force can follow in half a second; `pairs`: tests a sample takes."""
+    wanted = min(count, _PARITY_SAMPLES, max(_FEWEST_SAMPLES, _PARITY_PAIRS // max(pairs, 1)))
+    return np.unique(np.linspace(0, max(0, count - 1), wanted).astype(np.int64))
 
 
 def _points(world: World) -> np.ndarray:

@@ -47,6 +47,8 @@ def all_cases() -> list[Case]:
 
 def _placed() -> list[Case]:
     moved = [Case(f"moved by 1e{n} m", partial(_moved, 10.0**n), may_change=1e-3) for n in range(3, 8)]
+    moved.insert(0, Case("moved by 0.4 m", partial(_moved, 0.4), may_change=1e-3))
+    moved.append(Case("moved by 2^20 m", lambda: make_level().moved(np.full(3, 2.0**20)), may_change=1e-6))
     rounded = Case("moved by 1e6 m, rounded to float32", _rounded)
     scaled = [
         Case(f"scaled by 1e{n}", partial(_scaled, 10.0**n), unit=10.0**n, may_change=1e-3)
@@ -186,22 +188,20 @@ def _flush_boxes() -> Level:
 
 
 def _surroundings() -> list[Case]:
-    near = {"max_distance": 600.0}
-    return [
-        Case(f"in a sphere of 1e{n} m", partial(_in_sphere, 10.0**n), settings=near, may_change=None) for n in (4, 6)
-    ] + [
-        Case("backdrop 1e4 m away on one side", partial(_backdrop, 1e4), settings=near),
-        Case("backdrop 1e6 m away on one side", partial(_backdrop, 1e6), settings=near),
-    ]
+    """All beyond the longest ray, so that nothing may change."""
+    spheres = [Case(f"in a sphere of 1e{n} m", partial(_in_sphere, 10.0**n), may_change=1e-3) for n in (4, 6)]
+    sides = [Case(f"backdrop 1e{n} m away on one side", partial(_backdrop, 10.0**n), may_change=1e-3) for n in (4, 6)]
+    baked = Case("backdrop 1e4 m away, baked as well", partial(_backdrop, 1e4, Role.STATIC), may_change=1e-3)
+    return [*spheres, *sides, baked]
 
 
 def _in_sphere(radius: float) -> Level:
     return make_level().with_parts(part("sky", ball(2, radius, radius, radius).flipped(), Role.BLOCKER))
 
 
-def _backdrop(distance: float) -> Level:
+def _backdrop(distance: float, role: Role = Role.BLOCKER) -> Level:
     far = flat(-0.1 * distance, 0.1 * distance, -0.1 * distance, 0.1 * distance, 0.0, 2)
-    return make_level().with_parts(part("mountains", far.moved(distance, 0.0, 0.3 * distance), Role.BLOCKER))
+    return make_level().with_parts(part("mountains", far.moved(distance, 0.0, 0.3 * distance), role))
 
 
 def _settings() -> list[Case]:
@@ -241,9 +241,10 @@ def _one_triangle() -> Level:
 
 
 def _inside_out() -> Level:
-    """Boxes in a box, each turned so that every ray from it ends at a back."""
+    """Boxes in a box that only blocks, turned so that every ray from them ends at a back."""
     inner = [block((x, 0.0, 0.0), (x + 0.5, 0.5, 0.5), 0.25) for x in (0.0, 1.0)]
-    return Level((part("inner", joined(*inner)), part("outer", block((-1.0, -1.0, -1.0), (2.5, 2.0, 2.0), 0.5))))
+    outer = part("outer", block((-1.0, -1.0, -1.0), (2.5, 2.0, 2.0), 0.5), Role.BLOCKER)
+    return Level((part("inner", joined(*inner)), outer))
 
 
 def _far_apart() -> Level:
@@ -274,6 +275,7 @@ def _decorated() -> list[Case]:
         Case("30 trees in one place", partial(_repeated, "tree", 30)),
         Case("tree of one triangle", _thin_tree),
         Case("tree inside a wall", _buried_tree),
+        Case("tree flush with the ground", _flush_tree),
         Case("regions flat, in walls, huge and tiny", _odd_regions),
     ]
 
@@ -296,6 +298,14 @@ def _buried_tree() -> Level:
     tree = next(item for item in level.parts if item.name == "tree")
     low, high = tree.positions.min(axis=0) - 0.2, tree.positions.max(axis=0) + 0.2
     return level.with_parts(part("shell", block(low.tolist(), high.tolist(), 1.0)))
+
+
+def _flush_tree() -> Level:
+    """The bottom of the trunk in the plane of the ground: whether a ray that ends there crosses it is undecided."""
+    lift = np.array([0.0, 0.1, 0.0])
+    return make_level().each(
+        lambda item: replace(item, positions=item.positions + lift) if item.role is Role.TREE else item
+    )
 
 
 def _odd_regions() -> Level:

@@ -76,7 +76,8 @@ def part(name: str, shape: Shaded | Solid, role: Role = Role.STATIC) -> Part:
 def make_level() -> Level:
     """A yard with a hut, an upright ball, a tree, a shrub, two pebbles and two regions that touch.
 
-    Walls stand flush on the ground's own grid lines, so that rays in planes and along edges are the rule.
+    Walls stand flush on the ground's own grid lines, so that rays in planes and along edges are the rule; the tree
+    stands in the ground, as trees do.
     """
     ground = flat(-6.0, 6.0, -6.0, 6.0, 0.0, 12)
     walls = joined(
@@ -86,7 +87,7 @@ def make_level() -> Level:
     )
     roof = block((-4.0, 2.0, -4.0), (1.5, 2.25, 0.0), 1.0)
     column = ball(3, 0.8, 0.8, 0.8).moved(-1.0, 0.8, 2.5)
-    trunk = block((3.9, 0.0, 1.9), (4.1, 1.6, 2.1), 0.8)
+    trunk = block((3.9, -0.1, 1.9), (4.1, 1.5, 2.1), 0.8)
     crown = joined(*(_card(turn) for turn in range(6)))
     return Level(
         (
