@@ -34,8 +34,8 @@ from bake.types import (
     World,
 )
 
-TOLERANCE = 2.5e-4
-"""How far values may be from those of a whole solve, in AO, unless told otherwise: a sixteenth of 1/255."""
+TOLERANCE = 5e-4
+"""How far values may be from those of a whole solve, in AO, unless told otherwise: an eighth of 1/255."""
 
 NONE = 255
 """In place of a `VertexState`: the vertex was not there."""

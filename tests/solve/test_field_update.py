@@ -115,10 +115,10 @@ def test_a_small_shadow_on_a_large_mesh_is_solved_for_on_a_patch(alpha: float) -
     for _ in range(6):
         shadow = shadow + np.array([*rng.uniform(-0.3, 0.6, 2), 0, 0.02])
         after = level_of(parts, level.settings, 7, shadow)
-        update = follow(keeper, level, after, 1e-3)
+        update = follow(keeper, level, after, 2e-3)
         expected = whole(after)
         solved += update.solved
-        assert np.nanmax(np.abs(update.field.ao - expected.ao)) <= max(update.bound, 1e-6) <= 1e-3
+        assert np.nanmax(np.abs(update.field.ao - expected.ao)) <= max(update.bound, 1e-6) <= 2e-3
         np.testing.assert_array_equal(update.field.state, expected.state)
         np.testing.assert_allclose(update.field.report.rmse, expected.report.rmse, rtol=1e-2)
         assert update.field.report.unknowns == expected.report.unknowns

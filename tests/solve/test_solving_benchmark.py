@@ -26,4 +26,4 @@ def test_updates_are_held_against_whole_solves() -> None:
     ]  # fmt: skip
     for row in measured.rows:
         assert row["unknowns"] == 900
-        assert row["largest difference"] <= max(row["estimate of it"], 1e-6) <= 2.5e-4
+        assert row["largest difference"] <= max(row["estimate of it"], 1e-6) <= 5e-4
