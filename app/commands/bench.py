@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING
 
 from app.commands.console import say, say_json
 from app.commands.settings_options import add_settings_options, explicit_options
+from app.commands.speed_tables import add_speed_arguments, speed_tables
 from bake.errors import InputError
 
 if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
 USAGE = (
-    "accuracy|mapping|speed|stability|scenes|lods|trees|fog|regions|causes|explain|rebake|window "
+    "accuracy|mapping|speed|workloads|stability|scenes|lods|trees|fog|regions|causes|explain|rebake|window "
     "[SCENE | FOLDER …] [--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] "
-    "[--edits N] [--bound B] [--minutes X] [--keep FOLDER] [--plots FOLDER] [--json] [settings]"
+    "[--edits N] [--bound B] [--minutes X] [--largest N] [--tables NAME,…] [--share X] "
+    "[--keep FOLDER] [--plots FOLDER] [--json] [settings]"
 )
 
 
@@ -25,7 +27,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's arguments."""
     parser.add_argument("subject", choices=list(_SUBJECTS), help="accuracy: run time against surface error, ours at "
                         "many settings and other bakers; mapping: surface error of the mappings; speed: "
-                        "overhead beyond the rays, and the solver at size; stability: a small level of its own "
+                        "seconds and memory by stage and scale, overhead beyond the rays, the solver at size, "
+                        "starts, and on CUDA the choice of BVH; workloads: two published bakes in size, stage by "
+                        "stage; stability: a small level of its own "
                         "distorted in every way that breaks bakers, every tracer and stage held to gates; "
                         "scenes: what each scene holds and what baking it costs; lods: error of the lower levels of "
                         "detail against what is traced on the finest one; trees: error of the three models of a "
@@ -43,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--plots",
         type=Path,
         metavar="FOLDER",
-        help="draw what was measured there, as .png (accuracy, rebake, regions, stability and trees only)",
+        help="draw what was measured there, as .png (accuracy, rebake, regions, speed, stability and trees only)",
     )
     parser.add_argument(
         "--scales", metavar="X,…", default="", help="metres in a unit of each scene (causes and explain)"
@@ -72,6 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--minutes", type=float, default=None, metavar="X", help="begin no edit after so many (rebake only)"
     )
+    add_speed_arguments(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object a table, a line each")
     add_settings_options(parser)
 
@@ -114,12 +119,15 @@ def _mappings(arguments: argparse.Namespace) -> list[Measurements]:
     return [measure_mappings(_scenes(arguments), explicit_options(arguments), scale=arguments.scale)]
 
 
-def _speed(arguments: argparse.Namespace) -> list[Measurements]:
-    from bake.bench.overhead import measure_overhead
-    from bake.bench.solving import measure_solving, measure_updates
+def _speed(arguments: argparse.Namespace) -> Iterable[Measurements]:
+    scenes, options = _scenes(arguments) if arguments.paths else [], explicit_options(arguments)
+    return speed_tables(scenes, options, tables=arguments.tables, largest=arguments.largest, plots=arguments.plots)
 
-    scenes = _scenes(arguments) if arguments.paths else []
-    return [measure_overhead(scenes, explicit_options(arguments)), measure_solving(), measure_updates()]
+
+def _workloads(arguments: argparse.Namespace) -> Iterable[Measurements]:
+    from bake.bench.workload import measure_workloads
+
+    return measure_workloads(explicit_options(arguments), share=arguments.share)
 
 
 def _stability(arguments: argparse.Namespace) -> list[Measurements]:
@@ -274,6 +282,7 @@ _SUBJECTS: dict[str, Callable[[argparse.Namespace], Iterable[Measurements]]] = {
     "accuracy": _accuracy,
     "mapping": _mappings,
     "speed": _speed,
+    "workloads": _workloads,
     "stability": _stability,
     "scenes": _scene_table,
     "lods": _lods,
