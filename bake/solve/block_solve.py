@@ -20,6 +20,7 @@ from scipy.sparse.csgraph import connected_components
 from bake.settings import BakeSettings, MappingKind
 from bake.solve.block import Block, entries_of, square_error
 from bake.solve.conjugate_gradient import HELD, BoxSolution, BoxSolver
+from bake.solve.direct import finished
 from bake.solve.mass import FaceMoments
 from bake.solve.system import Equations
 from bake.types import BoolArray, Float64Array, Int64Array
@@ -215,7 +216,8 @@ def _patch(
     solver = BoxSolver(square, first)
 
     def solve(k: int) -> BoxSolution:
-        return solver.solve(rhs[:, k], before[:, k], within=within[own], most_iterations=MOST_ITERATIONS)
+        found = solver.solve(rhs[:, k], before[:, k], within=within[own], most_iterations=MOST_ITERATIONS)
+        return finished(solver, rhs[:, k], found)
 
     iterations = 0
     for k, solution in enumerate(columns(solve, range(x.shape[1]))):
@@ -249,9 +251,10 @@ def solve_whole(block: Block, alpha: float, mapping: MappingKind, tolerance: flo
     within = EASED * tolerance / AMPLIFIED * weight if tolerance > 0.0 else None
 
     def solve(k: int) -> BoxSolution:
-        return solver.solve(
+        found = solver.solve(
             system.rhs[:, k], x[:, k], tolerance=WHOLE_TOLERANCE, within=within, most_iterations=MOST_ITERATIONS
         )
+        return finished(solver, system.rhs[:, k], found)
 
     gradient = np.empty(x.shape)
     failed = np.zeros(len(first) - 1, np.bool_)

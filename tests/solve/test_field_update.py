@@ -87,7 +87,7 @@ def keeper_of(level: Level) -> FieldKeeper:
 def test_edits_one_after_another_equal_a_whole_solve(seed: int, edits: list[str], tolerance: float, weld: bool) -> None:
     """Whatever the edits are: to 1e-5 with tolerance 0, within the tolerance and what is told otherwise."""
     rng = np.random.default_rng(seed)
-    options = BakeSettings(alpha=float(rng.choice([0.0, 0.03, 0.3])), weld_instances=weld)
+    options = BakeSettings(alpha=float(rng.choice([0.0, 0.03, 0.3, 300.0])), weld_instances=weld)
     parts = tuple(some_part(f"part {i}", rng, weld=True) for i in range(int(rng.integers(2, 6))))
     parts = (replace(parts[0], role=Role.STATIC), *parts[1:])
     shadow = np.array([*rng.uniform(-2, 2, 3), 1.0])
