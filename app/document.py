@@ -150,10 +150,14 @@ class Document:
         self.result_changed.emit()
         self.field_changed.emit()
 
+    def show_geometry(self, world: World) -> None:
+        """Shows a world without values, unless the one in view has the same geometry: then all stays as it is."""
+        if self.world is None or not _same_geometry(self.world, world):
+            self.set_world(world)
+
     def set_result(self, result: BakeResult, path: Path) -> None:
         """Shows a result: its world, if it differs from the one in view, and its values."""
-        if self.world is None or not _same_geometry(self.world, result.world):
-            self.set_world(result.world)
+        self.show_geometry(result.world)
         self.world = result.world
         self.result, self.result_path = result, path
         self.field, self.field_note, self.other = result.field, "", None
