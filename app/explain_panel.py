@@ -70,6 +70,7 @@ class ExplainPanel(QWidget):
         self.view = RowsView(("Occluder", "Share", "Here", "Nearest"), stretch=_PATH)
         self.view.setSortingEnabled(True)
         self.view.sortByColumn(_SHARE, Qt.SortOrder.DescendingOrder)
+        self.view.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # the end tells one of many from the others
         self.view.setMinimumHeight(170)
         selection = self.view.selectionModel()
         assert selection is not None

@@ -23,7 +23,7 @@ from app.docks import build_docks, panel_action
 from app.document import Document
 from app.engine import Engine
 from app.engine_worker import Bake, bake_job
-from app.jobs import Jobs
+from app.jobs import Jobs, favour_window
 from app.lazy_picker import LazyPicker
 from app.panels import build_panels
 from app.parts import PARTS
@@ -71,6 +71,7 @@ class Window(QMainWindow):
 
     def __init__(self, cache: Path, store: QSettings | None = None, bake: Bake = bake_job) -> None:
         super().__init__()
+        favour_window()
         self.store = store if store is not None else QSettings("obscura", "obscura")
         apply_scheme(Preferences.read(self.store).scheme)
         self.document = Document()
