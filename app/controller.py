@@ -17,15 +17,16 @@ from app.opening import (
     OpenedResult,
     OpenedScene,
     copy_result,
-    read_current_result,
+    read_own_result,
     read_result,
     read_scene,
 )
+from app.turns import Turns
 from bake.errors import ObscuraError
 from bake.settings import BakeSettings
 from bake.types import Progress, VertexField
 
-THRESHOLD, OTHER_MAPPING = "threshold", "other mapping"
+THRESHOLD, OTHER_MAPPING, ALPHA = "threshold", "other mapping", "alpha"
 
 logger = logging.getLogger(__name__)
 
@@ -54,12 +55,13 @@ class Controller(QObject):
     def __init__(self, document: Document, engine: Engine, cache: Path, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._document, self._engine, self._cache = document, engine, cache
-        self._jobs = Jobs(self)
+        self._jobs, self._turns = Jobs(self), Turns(self)
         self._bake_when_open = False
         self._comparing = False
         self.up_axis = 0
         """Which way is up in files that do not say: 1 or 2, or 0 to guess."""
         self._solved_threshold: float | None = None
+        self._wanted_alpha: float | None = None
         engine.progressed.connect(self._on_progress)
         engine.bake_finished.connect(self._on_baked)
         engine.solve_finished.connect(self._on_solved)
@@ -141,6 +143,19 @@ class Controller(QObject):
         if self._comparing:
             self._solve_other()
 
+    def solve_alpha(self, alpha: float | None) -> None:
+        """Solves for the vertices with another smoothing, without tracing; None shows what is stored again."""
+        document = self._document
+        self._wanted_alpha = alpha
+        if document.result is None:
+            return
+        if alpha is None or alpha == document.result.settings.alpha:
+            if document.is_preview:
+                document.set_field(document.result.field)
+            self.solving.emit(ALPHA, False)
+        else:
+            self._solve(ALPHA, document.result.settings.replaced(alpha=alpha, back_face_threshold=document.threshold))
+
     def compare(self, on: bool) -> None:
         """Computes the values of the other mapping while they are wanted."""
         self._comparing = on
@@ -149,13 +164,15 @@ class Controller(QObject):
 
     def close(self) -> None:
         """Ends all work."""
+        self._turns.close()
         self._jobs.close()
         self._engine.close()
 
     @property
     def is_idle(self) -> bool:
         """Whether nothing is under way."""
-        return not self._jobs.is_busy and self._engine.state in (EngineState.IDLE, EngineState.DOWN)
+        busy = self._jobs.is_busy or self._turns.is_busy
+        return not busy and self._engine.state in (EngineState.IDLE, EngineState.DOWN)
 
     def _open_sample(self) -> None:
         if SAMPLE_LEVEL.exists():
@@ -165,32 +182,47 @@ class Controller(QObject):
             self.message.emit(logging.WARNING, text)
 
     def _on_scene(self, opened: OpenedScene) -> None:
+        self._turns.add(lambda: self._begin_scene(opened), lambda: self._show_scene(opened))
+
+    def _begin_scene(self, opened: OpenedScene) -> None:
         document = self._document
         document.scene_settings = document.side_file_settings = opened.settings
         document.open_scene(opened.path, opened.result_path, opened.files, opened.findings, opened.up_axis)
         document.reader = opened.reader
-        document.set_world(opened.world)
+
+    def _show_scene(self, opened: OpenedScene) -> None:
+        self._document.set_world(opened.world)
         self.scene_opened.emit(opened.path)
         logger.info(
             "opened %s: %d objects, %d triangles", opened.path, opened.world.object_count, opened.world.face_count
         )
         path, files = opened.result_path, opened.files
-        self._jobs.run("open result", lambda: read_current_result(path, files), self._on_current, self._on_error)
+        self._jobs.run("open result", lambda: read_own_result(path, opened.path, files), self._on_own, self._on_error)
 
-    def _on_current(self, opened: OpenedResult | None) -> None:
+    def _on_own(self, opened: OpenedResult | None) -> None:
         self.busy.emit("")
-        if opened is not None:
+        outdated = opened is not None and dict(opened.result.files) != self._document.files
+        if opened is not None and not (outdated and self._bake_when_open):
             self._show(opened)
         elif self._bake_when_open:
             self.bake(self._document.scene_settings)
 
     def _on_result(self, opened: OpenedResult) -> None:
-        self.busy.emit("")
+        self._turns.add(
+            lambda: self._begin_result(opened),
+            lambda: self._document.show_geometry(opened.result.world),
+            lambda: self._show_result(opened),
+        )
+
+    def _begin_result(self, opened: OpenedResult) -> None:
         document, result = self._document, opened.result
         scene_path = Path(result.scene_path)
         if document.scene_path != scene_path:
             document.scene_settings, document.side_file_settings = result.settings, None
             document.open_scene(scene_path, opened.path, dict(result.files), tuple(result.findings), opened.up_axis)
+
+    def _show_result(self, opened: OpenedResult) -> None:
+        self.busy.emit("")
         self._show(opened)
         self.scene_opened.emit(opened.path)
         logger.info("opened the result %s", opened.path)
@@ -267,6 +299,9 @@ class Controller(QObject):
         if job.purpose == THRESHOLD:
             if job.options.get("back-face-threshold") == document.threshold:
                 document.set_field(field)
+        elif job.purpose == ALPHA:
+            if job.options.get("alpha") == self._wanted_alpha:
+                document.set_field(field, f"smoothing α {self._wanted_alpha:g}, not stored")
         elif job.purpose == OTHER_MAPPING and self._comparing:
             document.set_other(field)
 
@@ -287,7 +322,7 @@ class Controller(QObject):
     def _on_crashed(self, text: str) -> None:
         self._end_bake()
         self.bake_ended.emit(False)
-        for purpose in (THRESHOLD, OTHER_MAPPING):
+        for purpose in (THRESHOLD, OTHER_MAPPING, ALPHA):
             self.solving.emit(purpose, False)
         logger.error("%s", text)
         self.message.emit(logging.ERROR, text)

@@ -106,16 +106,26 @@ def read_result(path: Path, *, verify: bool, up_axis: int = 0) -> OpenedResult:
     return OpenedResult(path.resolve(), result, up)
 
 
-def read_current_result(path: Path, files: dict[str, str]) -> OpenedResult | None:
-    """Reads the window's own result of a scene, if there is one and the scene's files have not changed since."""
+def read_own_result(path: Path, scene: Path, files: dict[str, str]) -> OpenedResult | None:
+    """Reads the window's own result of a scene, if there is one.
+
+    It may be older than the scene's files: what has changed since is then marked, and can be rebaked.
+
+    Args:
+        path: The result's folder.
+        scene: The scene's file, absolute.
+        files: Hashes of the scene's files now.
+    """
     from bake.results import is_result, read_manifest
 
     try:
-        if not is_result(path) or dict(read_manifest(path).files) != files:
+        if not is_result(path):
             return None
-        return read_result(path, verify=True)
+        opened = read_result(path, verify=True)
+        is_current = dict(read_manifest(path).files) == files
+        return opened if is_current or opened.result.scene_path == scene else None
     except ObscuraError:
-        return None  # a damaged or outdated cache is baked again, not complained about
+        return None  # a damaged cache is baked again, not complained about
 
 
 def copy_result(source: Path, target: Path) -> Path:

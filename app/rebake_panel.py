@@ -8,6 +8,7 @@ from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtGui import QAction
 from PyQt6.QtWidgets import QCheckBox, QGridLayout, QGroupBox, QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
+from app.alpha_group import AlphaGroup
 from app.rebake_layers import Layer
 from app.rebaker import Timing
 from app.tables import Cell, RowsView
@@ -35,7 +36,7 @@ class RebakePanel(QWidget):
         self._buttons = QGridLayout()
         self._state = _text()
         self._report = _text()
-        self._report.setToolTip("Of the last rebake; a ray has changed if its value has")
+        self.alpha = AlphaGroup()
         layers = QGroupBox("Layers")
         self.layers = RowsView(("Layer", "Vertices", "State"), stretch=0)
         self.layers.setToolTip(_LAYER_TIP)
@@ -55,23 +56,24 @@ class RebakePanel(QWidget):
         layout.addWidget(self.auto)
         layout.addWidget(self._state)
         layout.addWidget(self._report)
+        layout.addWidget(self.alpha)
         layout.addWidget(layers, 1)
         self.show_stale(None)
         self.show_state("")
         self.show_layers(())
 
-    def add_buttons(self, actions: Sequence[QAction]) -> None:
-        """Puts actions above the state, two a row."""
-        _fill(self._buttons, actions)
+    def add_buttons(self, actions: Sequence[QAction], words: Sequence[str]) -> None:
+        """Puts actions above the state, two a row, under short words."""
+        _fill(self._buttons, actions, words)
 
-    def add_layer_buttons(self, actions: Sequence[QAction]) -> None:
-        """Puts actions below the layers, two a row."""
-        _fill(self._layer_buttons, actions)
+    def add_layer_buttons(self, actions: Sequence[QAction], words: Sequence[str]) -> None:
+        """Puts actions below the layers, two a row, under short words."""
+        _fill(self._layer_buttons, actions, words)
 
     def chosen_layer(self) -> int:
         """Number of the chosen layer, -1 for none."""
         row = self.layers.chosen()
-        return -1 if row is None else int(row[0].key)
+        return -1 if row is None else int(row[0].key[1])
 
     def show_stale(self, text: str | None) -> None:
         """Says what differs from the result; empty for nothing, None without a result."""
@@ -90,13 +92,15 @@ class RebakePanel(QWidget):
         self._report.setVisible(report is not None)
         if report is not None:
             self._report.setText(report_text(report, timing))
+            stages = "\n".join(f"{name}: {seconds:.2f} s" for name, seconds in report.stages.items())
+            self._report.setToolTip(f"Of the last rebake; a ray has changed if its value has\n{stages}")
 
     def show_layers(self, layers: Sequence[Layer]) -> None:
         """Lists the layers, the latest first."""
         self.layers.set_rows(
             [
                 (
-                    Cell(layer.name, layer.number, tip=layer.tip),
+                    Cell(layer.name, (layer.name, layer.number), tip=layer.tip),
                     Cell("" if layer.vertices < 0 else f"{layer.vertices:,}", layer.vertices),
                     Cell(layer.state, layer.state),
                 )
@@ -130,8 +134,9 @@ def report_text(report: RebakeReport, timing: Timing) -> str:
     return "<br>".join(lines)
 
 
-def _fill(grid: QGridLayout, actions: Sequence[QAction]) -> None:
-    for number, action in enumerate(actions):
+def _fill(grid: QGridLayout, actions: Sequence[QAction], words: Sequence[str]) -> None:
+    for number, (action, word) in enumerate(zip(actions, words, strict=True)):
+        action.setIconText(word)  # what buttons show
         button = QToolButton()
         button.setDefaultAction(action)
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)

@@ -106,18 +106,20 @@ class RebakeKeeper:
         from bake.scene.load import SceneReader
 
         folder, scene_path = Path(job.result), Path(job.scene)
+        settings = BakeSettings.from_options(job.options)
         checksum = _checksum(folder)
         if self._reader is None or self._reader.path != scene_path:
             self._reader = SceneReader(scene_path)
         if self._session is None or self._folder != job.result or checksum not in self._known:
+            reader = self._reader
             self.close()
-            self._reader = SceneReader(scene_path)
+            self._reader = reader
+            scene = reader.read(crease_angle=settings.crease_angle)
             result = load_result(folder, verify=False)
-            device = resolve(BakeSettings.from_options(job.options).device)
-            self._session = RebakeSession(result, None, device, bound=job.bound)
+            self._session = RebakeSession(result, scene, resolve(settings.device), bound=job.bound)
             self._folder, self._known, self._told = job.result, {checksum}, (result, checksum)
-        scene = self._reader.read(crease_angle=BakeSettings.from_options(job.options).crease_angle)
-        return self._session, scene
+            return self._session, scene
+        return self._session, self._reader.read(crease_angle=settings.crease_angle)
 
     def _rebaked(
         self, job: RebakeJob, session: RebakeSession, scene: Scene, settings: BakeSettings

@@ -56,7 +56,9 @@ class LayersPart(Part):
         """Follows the undo stack and the choice in the list."""
         bench, panel = self.bench, self._panel
         names = ("layer-compare", "layer-select", "layer-reject", "layer-accept")
-        panel.add_layer_buttons([bench.registry[name] for name in names])
+        panel.add_layer_buttons(
+            [bench.registry[name] for name in names], ("Compare", "Select changed", "Reject", "Keep only")
+        )
         panel.layer_chosen.connect(lambda _number: self._on_layer())
         bench.undo.indexChanged.connect(self.refresh)
         bench.document.result_changed.connect(self.refresh)

@@ -9,6 +9,7 @@ import numpy as np
 from PyQt6.QtCore import QTimer
 
 from app.actions import Action, ActionSpec
+from app.controller import ALPHA
 from app.engine_protocol import RebakeDone
 from app.parts.results_history import ResultsHistoryPart
 from app.parts.scene_watch import SceneWatchPart
@@ -16,6 +17,7 @@ from app.rebake_layers import LayerInfo, names_of
 from app.rebake_panel import RebakePanel
 from app.rebaker import Rebaker
 from app.region_part import RegionsPart
+from app.stale_marks import StaleMarks
 from app.window_parts import DockSpec, Part, Side, Workbench
 from bake.settings import BakeSettings
 from bake.types import BakeResult, Progress
@@ -37,10 +39,11 @@ class RebakePart(Part):
         super().__init__(bench)
         self.panel = RebakePanel()
         self.rebaker = Rebaker(bench.document, bench.engine, bench.window)
+        self.marks = StaleMarks(bench.document, lambda: bench.area.viewports)
         self._objects: tuple[str, ...] | None = None
         self._settings: BakeSettings | None = None
         self._seen: dict[str, str] = {}
-        self._auto = False
+        self._auto = self._own_bake = self._replaced = self._look_again = False
         self._slow = QTimer(bench.window)
         self._slow.setSingleShot(True)
         self._slow.setInterval(_SLOW_MS)
@@ -82,7 +85,7 @@ class RebakePart(Part):
                     "rebake-region", menu, "Rebake the selected re&gion", "Only of objects that reach into it", group=1,
                     needs=(*needs, "regions"),
                 ),
-                self._rebake_region,
+                lambda: self.rebake(self._in_region()),
             ),
             (
                 ActionSpec(
@@ -91,13 +94,28 @@ class RebakePart(Part):
                 ),
                 self.set_auto,
             ),
+            (
+                ActionSpec(
+                    "stale-marks", "View", "Mark what is &stale", "Boxes around what has changed since the bake",
+                    checkable=True, group=5,
+                ),
+                self.marks.set_shown,
+            ),
+            (
+                ActionSpec(
+                    "select-region", "Regions", "Select its &objects", "Select what reaches into the selected region",
+                    group=1, needs=("regions",),
+                ),
+                lambda: self._select(self._in_region()),
+            ),
         ]  # fmt: skip
 
     def connect(self) -> None:
         """Joins panel, engine, document and undo stack."""
         bench, document, registry = self.bench, self.bench.document, self.bench.registry
         self.panel.add_buttons(
-            [registry[name] for name in ("rebake", "rebake-selection", "rebake-view", "rebake-region")]
+            [registry[name] for name in ("rebake", "rebake-selection", "rebake-view", "rebake-region")],
+            ("Rebake", "Selection", "In view", "Region"),
         )
         self.panel.auto_toggled.connect(self.set_auto)
         self.rebaker.told.connect(self._on_told)
@@ -107,11 +125,19 @@ class RebakePart(Part):
         bench.progress.cancel_requested.connect(self.rebaker.cancel)
         registry["cancel"].triggered.connect(self.rebaker.cancel)
         bench.controller.about_to_bake.connect(lambda _path: self._on_bake())
+        bench.engine.bake_finished.connect(self._on_baked)
         bench.part(ResultsHistoryPart).about_to_put.connect(self.rebaker.cancel)
         document.current_changed.connect(self._on_current)
+        bench.part(SceneWatchPart).edited.connect(self._on_edited)
         document.result_changed.connect(self.refresh)
         document.opened.connect(self._on_opened)
+        document.result_changed.connect(self._on_result)
+        self.panel.alpha.moved.connect(bench.controller.solve_alpha)
+        self.panel.alpha.dropped.connect(lambda: bench.controller.solve_alpha(None))
+        self.panel.alpha.kept.connect(self._keep_alpha)
+        bench.controller.solving.connect(self._on_solving)
         bench.panels.bake.form.changed.connect(self._on_form)
+        registry["stale-marks"].setChecked(True)
         self.refresh()
 
     def close(self) -> None:
@@ -130,6 +156,10 @@ class RebakePart(Part):
         settings = self.bench.panels.bake.settings()
         if settings is None or (objects is not None and not objects):
             self.bench.banner.show_message(logging.INFO, "There is nothing to rebake there.")
+            return
+        result, current = self.bench.document.result, self.bench.document.current
+        if current is not None and current.is_fresh and result is not None and result.settings == settings:
+            self.bench.banner.show_message(logging.INFO, "The result is up to date.")
             return
         self._start(settings, objects)
 
@@ -166,12 +196,22 @@ class RebakePart(Part):
         self.panel.show_state("Starting …")
         self.rebaker.request(settings, objects=objects, camera=picture_matrix(viewport.camera, viewport.view.aspect))
 
-    _own_bake = False
-
     def _on_bake(self) -> None:
         """A whole bake takes the place of a rebake."""
         if not self._own_bake:
+            self._replaced = True
             self.rebaker.cancel()
+            self._replaced = False
+
+    def _on_baked(self, _done: object) -> None:
+        """What was changed while the bake ran is followed when its state is known."""
+        self._look_again = self._auto
+
+    def _on_edited(self, name: str, digest: str) -> None:
+        """Starts before the window itself has read the change."""
+        if self._auto or self.rebaker.is_busy:
+            self._seen = {**self._seen, name: digest}
+            self._restart()
 
     def _on_current(self) -> None:
         self.refresh()
@@ -181,7 +221,8 @@ class RebakePart(Part):
         self._prepare()
         changed = dict(current.files) != self._seen
         first, self._seen = not self._seen, dict(current.files)
-        if changed and not first:
+        if (changed and not first) or self._look_again:
+            self._look_again = False
             self._follow()
 
     def _follow(self) -> None:
@@ -190,9 +231,15 @@ class RebakePart(Part):
         result, current = document.result, document.current
         if result is None or current is None or current.scene is None:
             return
+        if self.rebaker.is_busy or (self._auto and not current.is_fresh):
+            self._restart()
+
+    def _restart(self) -> None:
+        """Rebakes as the rebake under way does, or everything."""
+        result = self.bench.document.result
         if self.rebaker.is_busy and self._settings is not None:
             self._start(self._settings, self._objects)
-        elif self._auto and not current.is_fresh:
+        elif result is not None:
             self._start(self._followed_settings(result), None)
 
     def _prepare(self) -> None:
@@ -214,6 +261,22 @@ class RebakePart(Part):
         result = self.bench.document.result
         if self._auto and result is not None and self._followed_settings(result) != result.settings:
             self._start(self._followed_settings(result), None)
+
+    def _on_result(self) -> None:
+        result = self.bench.document.result
+        self.panel.alpha.set_stored(None if result is None else result.settings.alpha)
+
+    def _on_solving(self, purpose: str, on: bool) -> None:
+        if purpose == ALPHA and not on:
+            self.panel.alpha.set_state(
+                "Preview: the stored result still has its own." if self.bench.document.is_preview else ""
+            )
+
+    def _keep_alpha(self, alpha: float) -> None:
+        panel = self.bench.panels.bake
+        panel.form.editor("alpha").set_value(alpha)
+        panel.refresh()
+        self.rebake()
 
     def _on_told(self, progress: Progress) -> None:
         share = f" {progress.done / progress.total:.0%}" if progress.total else ""
@@ -237,11 +300,10 @@ class RebakePart(Part):
             LayerInfo(report.vertices_changed, report),
         )
         self.panel.show_report(report, self.rebaker.timing)
-        logger.info(
-            "rebaked: first %.2f s, final %.2f s, stored %.2f s; %d rays traced, %d changed",
-            self.rebaker.timing.first, self.rebaker.timing.final, self.rebaker.timing.stored,
-            report.rays_traced, report.rays_changed,
-        )  # fmt: skip
+        timing = self.rebaker.timing
+        stages = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in report.stages.items() if seconds >= 0.05)
+        times = (timing.first, timing.final, timing.stored)
+        logger.info("rebaked: first %.2f s, final %.2f s, stored %.2f s (%s)", *times, stages)
         self.bench.controller.reload_result(self._on_reloaded)
 
     def _on_reloaded(self, well: bool) -> None:
@@ -250,7 +312,8 @@ class RebakePart(Part):
 
     def _on_stopped(self) -> None:
         self._end()
-        self.bench.controller.bake_ended.emit(False)
+        if not self._replaced:
+            self.bench.controller.bake_ended.emit(False)
 
     def _end(self) -> None:
         self._slow.stop()
@@ -275,16 +338,24 @@ class RebakePart(Part):
         if document.world is None:
             return ()
         boxes = object_boxes(document.world)
+        drawn = document.visible & np.isfinite(boxes[:, 0, 0])
+        boxes[~drawn] = 0.0
         matrix = np.array(picture_matrix(viewport.camera, viewport.view.aspect)).reshape(4, 4)
-        seen = boxes_in_picture(boxes, matrix) & document.visible
+        seen = boxes_in_picture(boxes, matrix) & drawn
         return tuple(path for path, inside in zip(document.world.object_paths, seen, strict=True) if inside)
 
-    def _rebake_region(self) -> None:
+    def _in_region(self) -> tuple[str, ...]:
+        """Paths of what reaches into the selected region."""
         document, state = self.bench.document, self.bench.part(RegionsPart).state
         if document.world is None or state.regions is None:
-            return
+            return ()
         region = max(state.view.region, 0)
         low, high = state.regions.graph.minimum[region], state.regions.graph.maximum[region]
         boxes = object_boxes(document.world)
         inside = (boxes[:, 0] <= high).all(axis=1) & (boxes[:, 1] >= low).all(axis=1)
-        self.rebake(tuple(path for path, own in zip(document.world.object_paths, inside, strict=True) if own))
+        return tuple(path for path, own in zip(document.world.object_paths, inside, strict=True) if own)
+
+    def _select(self, paths: tuple[str, ...]) -> None:
+        world, wanted = self.bench.document.world, set(paths)
+        if world is not None:
+            self.bench.document.select_all(i for i, path in enumerate(world.object_paths) if path in wanted)

@@ -36,7 +36,7 @@ class SceneEditsPart(Part):
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
         self._waiting: deque[tuple[Callable[[], SideFileEdit], str]] = deque()
-        self._planning = False
+        self._planning = self._pushing = False
 
     def actions(self) -> list[Action]:
         """Roles, and settings to keep with the scene."""
@@ -151,10 +151,11 @@ class SceneEditsPart(Part):
 
         def write(edit: SideFileEdit) -> None:
             apply_edit(edit)
-            self.bench.part(SceneWatchPart).note_own(edit)
+            self.bench.part(SceneWatchPart).note_own(edit, new=self._pushing)
 
         if edit.before == edit.after:
             return
+        self._pushing = True
         self.bench.undo.push(
             Step(
                 text,
@@ -164,6 +165,7 @@ class SceneEditsPart(Part):
                 failed=self._on_error,
             )
         )
+        self._pushing = False
         if done:
             self.bench.part(SceneWatchPart).note_own(edit)
 

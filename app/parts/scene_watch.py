@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from PyQt6.QtCore import QFileSystemWatcher, QTimer
 
+from app.events import Event
 from app.scene_preview import padded_result
 from app.scene_state import SceneState, SceneStates
 from app.window_parts import Part, Workbench
@@ -35,6 +36,8 @@ class SceneWatchPart(Part):
         self._settle.setInterval(SETTLE_MS)
         self._foreign = False
         self._own: dict[str, str] = {}
+        self.edited: Event[[str, str]] = Event()
+        """A new edit of the window's own was written: name and SHA-256 of the side file. Its state follows."""
         self._states: SceneStates | None = None
         self._result: BakeResult | None = None  # as stored; that in view may have a place for new objects
         self._view: World | None = None  # its geometry, or that of the scene as it was opened
@@ -73,9 +76,17 @@ class SceneWatchPart(Part):
         """Reads the scene's files again."""
         self._read()
 
-    def note_own(self, edit: SideFileEdit) -> None:
-        """Remembers what the window itself has written, so that nobody needs to be told, and looks at it."""
-        self._own[edit.path.name] = "" if edit.after is None else hashlib.sha256(edit.after).hexdigest()
+    def note_own(self, edit: SideFileEdit, *, new: bool = True) -> None:
+        """Remembers what the window itself has written, so that nobody needs to be told, and looks at it.
+
+        Args:
+            edit: What was written.
+            new: It was not undone or done again.
+        """
+        digest = "" if edit.after is None else hashlib.sha256(edit.after).hexdigest()
+        self._own[edit.path.name] = digest
+        if new:
+            self.edited.emit(edit.path.name, digest)
         self._read()
 
     def _on_opened(self) -> None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import asdict
+from dataclasses import fields
 
 import numpy as np
 
-from bake.types import Float64Array, Material, Mesh, Scene, SceneObject
+from bake.types import Float64Array, Material, Mesh, ObjectKeys, Scene, SceneObject
 
 DIGEST_BYTES = 16
+
+_KEY_NAMES = sorted(item.name for item in fields(ObjectKeys))
 
 
 class ContentHasher:
@@ -33,7 +35,7 @@ class ContentHasher:
         """Hex hash of an object's geometry, transform, role, keys and materials."""
         if item.mesh not in self._meshes:
             self._meshes[item.mesh] = self._mesh_digest(self._scene.meshes[item.mesh])
-        keys = sorted((name, value) for name, value in asdict(item.keys).items() if value is not None)
+        keys = [(name, value) for name in _KEY_NAMES if (value := getattr(item.keys, name)) is not None]
         said = repr((item.role.value, keys))
         return _digest(self._meshes[item.mesh], item.transform.tobytes(), said.encode()).hex()
 

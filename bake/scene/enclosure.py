@@ -13,7 +13,9 @@ MOST_FACES = 50_000  # shells are coarse; an object of more triangles is the lev
 TOLERANCE = 0.01  # by which the rest may stick out of the shell, as a share of its size
 
 
-def enclosing_objects(scene: Scene, boxes: Float64Array) -> list[int]:
+def enclosing_objects(
+    scene: Scene, boxes: Float64Array, known: dict[tuple[int, bytes, bytes], float] | None = None
+) -> list[int]:
     """Numbers of the objects that cast and close off the space around everything else.
 
     The rest must lie inside the object's box, and nine of ten directions must end on the object: all those around the
@@ -22,27 +24,31 @@ def enclosing_objects(scene: Scene, boxes: Float64Array) -> list[int]:
     Args:
         scene: With roles.
         boxes: Shape (o, 2, 3): world bounding box of each object.
+        known: Shares of directions that shells cover, by mesh (its identity), transform and centre; it is added to.
     """
+    known = {} if known is None else known
     casting = [number for number, item in enumerate(scene.objects) if item.role.casts_opaque]
     if len(casting) < 2:
         return []
     low, high = boxes[casting, 0], boxes[casting, 1]
     found: list[int] = []
-    for place, number in enumerate(casting):
+    slack = TOLERANCE * (high - low)
+    around = ((low.min(axis=0) >= low - slack) & (high.max(axis=0) <= high + slack)).all(axis=1)
+    for place in np.flatnonzero(around).tolist():
+        number = casting[place]
         item = scene.objects[number]
         if len(scene.meshes[item.mesh].faces) > MOST_FACES:
-            continue
-        slack = TOLERANCE * (high[place] - low[place])
-        inside = ((low >= low[place] - slack) & (high <= high[place] + slack)).all(axis=1)
-        if not inside.all():
             continue
         others = np.arange(len(casting)) != place
         centre = 0.5 * (low[others].min(axis=0) + high[others].max(axis=0))
         if scene.up_axis >= 0:
             centre[scene.up_axis] = high[others, scene.up_axis].max()
         mesh = scene.meshes[item.mesh]
-        corners = (mesh.positions @ item.transform[:3, :3].T + (item.transform[:3, 3] - centre))[mesh.faces]
-        if _covered_share(corners, _directions(scene.up_axis)) >= COVERED_SHARE:
+        key = (id(mesh), item.transform.tobytes(), centre.tobytes())
+        if key not in known:
+            corners = (mesh.positions @ item.transform[:3, :3].T + (item.transform[:3, 3] - centre))[mesh.faces]
+            known[key] = _covered_share(corners, _directions(scene.up_axis))
+        if known[key] >= COVERED_SHARE:
             found.append(number)
     return found
 

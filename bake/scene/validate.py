@@ -42,6 +42,8 @@ class MeshChecks:
     def __init__(self) -> None:
         self._checks: dict[int, MeshCheck] = {}
         self._corners: dict[int, Float64Array] = {}
+        self.covered: dict[tuple[int, bytes, bytes], float] = {}
+        """See `enclosing_objects`."""
 
     def check(self, mesh: Mesh) -> MeshCheck:
         """What is odd about a mesh."""
@@ -80,7 +82,7 @@ def find_problems(scene: Scene, checks: MeshChecks | None = None) -> list[Findin
         *findings,
         *key_findings(scene),
         *_transform_findings(scene),
-        *_enclosing_findings(scene, boxes),
+        *_enclosing_findings(scene, boxes, checks),
         *_size_findings(scene, boxes),
     ]
 
@@ -128,11 +130,11 @@ def _transform_findings(scene: Scene) -> list[Finding]:
     return [Finding(first, "flattening-transform", len(flat), detail + more, "set-aside")]
 
 
-def _enclosing_findings(scene: Scene, boxes: Float64Array) -> list[Finding]:
+def _enclosing_findings(scene: Scene, boxes: Float64Array, checks: MeshChecks) -> list[Finding]:
     detail = "It closes off the space around all other objects: if it is a sky, give it the role ignore."
     return [
         Finding(scene.objects[number].path, "encloses-scene", 1, detail, "warning")
-        for number in enclosing_objects(scene, boxes)
+        for number in enclosing_objects(scene, boxes, checks.covered)
     ]
 
 

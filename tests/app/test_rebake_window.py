@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from app.parts.rebake import RebakePart
 from app.window import Window
 from bake.pipeline import BakeRequest, run_bake
 from bake.results import load_result
+from bake.scene.side_file_writer import edit_side_file
 from viewer.gizmo import Motion
 
 PATIENCE_MS = 20_000
@@ -208,3 +210,64 @@ def test_part_of_a_layer_is_rejected(opened: Window, qtbot: QtBot) -> None:
     assert document.result is not None
     np.testing.assert_allclose(document.result.field.ao, after, atol=2.0 / 255.0)
     _wait(qtbot, lambda: not _stale(opened))
+
+
+def test_smoothing_alone_traces_no_ray(opened: Window, qtbot: QtBot) -> None:
+    """With the toggle on, another alpha in the Bake panel is followed at once, from the stored samples."""
+    part, document = opened.part(RebakePart), opened.document
+    assert document.result is not None
+    before = np.array(document.result.field.ao)
+    reports = []
+    part.rebaker.done.connect(lambda done: reports.append(done.report))
+    opened.actions_by_id["rebake-at-once"].trigger()
+    with qtbot.waitSignal(opened.controller.bake_ended, timeout=PATIENCE_MS) as ended:
+        opened.panels.bake.form.editor("alpha").set_value(0.5)
+        opened.panels.bake.form.changed.emit()
+    assert ended.args == [True]
+    assert reports[-1].rays_traced == 0
+    assert document.result is not None
+    assert document.result.settings.alpha == 0.5
+    assert not np.allclose(document.result.field.ao, before, equal_nan=True)
+
+
+def test_an_older_result_is_shown_as_stale(opened: Window, qtbot: QtBot) -> None:
+    """A scene that was edited since its bake opens with the values it has, and says what is stale."""
+    document = opened.document
+    assert document.result is not None
+    path, before = document.scene_path, np.array(document.result.field.ao)
+    assert path is not None
+    edit_side_file(path, {"Crate": {"translate": [0.3, 0.0, 0.0]}})
+    opened.controller.open(path)
+    _wait(qtbot, lambda: document.result is None)
+    _wait(qtbot, lambda: document.result is not None and document.current is not None)
+    np.testing.assert_array_equal(document.result.field.ao, before)
+    _wait(qtbot, lambda: _stale(opened) == {"Crate"})
+    _settle(opened, qtbot)
+    _rebake(opened, qtbot)
+    _wait(qtbot, lambda: not _stale(opened))
+
+
+@pytest.mark.slow
+def test_two_hundred_edits_leave_nothing_behind(opened: Window, qtbot: QtBot) -> None:
+    """Edit after edit with rebakes at once: memory of window and engine grows by less than a twentieth."""
+    part = opened.part(RebakePart)
+    _select(opened, qtbot, "Crate")
+    opened.actions_by_id["rebake-at-once"].trigger()
+
+    def resident() -> tuple[float, float]:
+        pages = os.sysconf("SC_PAGE_SIZE")
+        sizes = [Path(f"/proc/{pid}/statm").read_text().split()[1] for pid in (os.getpid(), opened.engine.pid)]
+        return int(sizes[0]) * pages / 1e6, int(sizes[1]) * pages / 1e6
+
+    def followed() -> bool:
+        current = opened.document.current
+        return current is not None and current.is_fresh and not part.rebaker.is_busy
+
+    warm = (0.0, 0.0)
+    for number in range(200):
+        _move(opened, qtbot, 0.3 if number % 2 else -0.3)
+        _wait(qtbot, followed)
+        if number == 40:  # all that is kept once is there: the layers, the session, compiled kernels
+            warm = resident()
+    for before, after in zip(warm, resident(), strict=True):
+        assert after < 1.05 * before, (warm, resident())
