@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
 USAGE = (
-    "accuracy|mapping|speed|workloads|stability|scenes|lods|trees|fog|regions|causes|explain|rebake|window "
+    "accuracy|adaptive|mapping|speed|workloads|stability|scenes|lods|trees|fog|regions|causes|explain|rebake|window "
     "[SCENE | FOLDER …] [--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] "
     "[--edits N] [--bound B] [--minutes X] [--largest N] [--tables NAME,…] [--share X] "
     "[--keep FOLDER] [--plots FOLDER] [--json] [settings]"
@@ -26,7 +26,8 @@ USAGE = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's arguments."""
     parser.add_argument("subject", choices=list(_SUBJECTS), help="accuracy: run time against surface error, ours at "
-                        "many settings and other bakers; mapping: surface error of the mappings; speed: "
+                        "many settings and other bakers; adaptive: what adaptive rays save at equal "
+                        "error; mapping: surface error of the mappings; speed: "
                         "seconds and memory by stage and scale, overhead beyond the rays, the solver at size, "
                         "starts, and on CUDA the choice of BVH; workloads: two published bakes in size, stage by "
                         "stage; stability: a small level of its own "
@@ -111,6 +112,12 @@ def _accuracy(arguments: argparse.Namespace) -> list[Measurements]:
         for front in fronts:
             plot_front(arguments.plots / f"front-{front.scene.replace(' ', '-')}.png", front)
     return tables(fronts)
+
+
+def _adaptive(arguments: argparse.Namespace) -> list[Measurements]:
+    from bake.bench.adaptive import measure_adaptive
+
+    return [measure_adaptive(_scenes(arguments), explicit_options(arguments))]
 
 
 def _mappings(arguments: argparse.Namespace) -> list[Measurements]:
@@ -280,6 +287,7 @@ def _scenes(arguments: argparse.Namespace) -> list[Path]:
 
 _SUBJECTS: dict[str, Callable[[argparse.Namespace], Iterable[Measurements]]] = {
     "accuracy": _accuracy,
+    "adaptive": _adaptive,
     "mapping": _mappings,
     "speed": _speed,
     "workloads": _workloads,

@@ -114,7 +114,7 @@ def trace_adaptively(
 
     A sample that sends all of its rays gets what a bake without adaptive rays gives it, but for rounding in the sum.
     """
-    runner = _Passes(tracer, samples, settings)
+    runner = RayPasses(tracer, samples, settings)
     every = np.arange(len(samples))
     yield from runner.run(every, 0, PILOT // 2)
     first = runner.mean(PILOT // 2)
@@ -136,7 +136,7 @@ def trace_adaptively(
     return Tally(ao, *counts), plan
 
 
-class _Passes:
+class RayPasses:
     """Traces blocks of the samples' rays and adds up what they find.
 
     Attributes:
