@@ -17,12 +17,13 @@ from bake.settings import BakeSettings
 from bake.types import BoolArray, Float64Array, Int64Array, Role, Scene, SceneObject, World
 
 INDEX_LIMIT = 2**31 - 1
+FAR_OFF = 8.0
 
 
 def flatten(scene: Scene, settings: BakeSettings, *, origin: Float64Array | None = None) -> World:
     """Expands a scene into one vertex and one face array in world space.
 
-    - The origin lies near the centre of the bounding box of all objects that are not ignored (`decides_origin`), on a
+    - The origin lies near the centre of the bounding box of the objects that are baked (`decides_origin`), on a
       coarse grid: a small edit hardly ever moves it, and an object's positions then depend on that object alone, to the
       bit. The subtraction is done in float64, so that a level far from zero loses nothing.
     - A mirroring transform flips the winding; normals go by the inverse transpose.
@@ -170,7 +171,7 @@ def _place(
     counts = np.array([item.role is not Role.IGNORE for item in objects])
     counts |= not counts.any()
     minimum, maximum = (low + moved)[counts].min(axis=0), (high + moved)[counts].max(axis=0)
-    decides = decides_origin([item.role for item in objects])
+    decides = decides_origin([item.role for item in objects], low + moved, high + moved, np.diff(first_vertex))
     origin = near_centre((low + moved)[decides].min(axis=0), (high + moved)[decides].max(axis=0), kept)
     if kept is not None and surely:
         origin = kept
@@ -187,17 +188,39 @@ def _place(
     )
 
 
-def decides_origin(roles: Sequence[Role]) -> BoolArray:
-    """Objects whose box the origin is near to, shape (o,): those that receive anything, if there are any.
+def decides_origin(
+    roles: Sequence[Role], low: Float64Array, high: Float64Array, vertex_counts: Int64Array
+) -> BoolArray:
+    """Objects whose box the origin is near to, shape (o,): those that receive anything and stand where most of it is.
 
     Rounding to float32 costs a vertex the 2⁻²⁴th part of its distance from the origin, and it is where values are baked
-    that this matters. A backdrop that only blocks may thus stand as far off as it likes, on one side of the level.
+    that this matters. A backdrop may thus stand as far off as it likes, on one side of the level: it does not count if
+    it only blocks, or if it begins beyond `FAR_OFF` times the diagonal of the box that holds the middle nine tenths of
+    all vertices.
+
+    Args:
+        roles: o of them.
+        low, high: Shape (o, 3): the objects' boxes.
+        vertex_counts: Shape (o,).
     """
-    receives = np.array([role not in (Role.IGNORE, Role.BLOCKER) for role in roles], np.bool_)
-    if receives.any():
-        return receives
-    blocks = np.array([role is Role.BLOCKER for role in roles], np.bool_)
-    return blocks if blocks.any() else ~blocks
+    counts = np.array([role not in (Role.IGNORE, Role.BLOCKER) for role in roles], np.bool_)
+    if not counts.any():
+        counts = np.array([role is Role.BLOCKER for role in roles], np.bool_)
+    if not counts.any():
+        counts[:] = True
+    middle_low = _weighted_quantile(low[counts], vertex_counts[counts], 0.05)
+    middle_high = _weighted_quantile(high[counts], vertex_counts[counts], 0.95)
+    off = np.linalg.norm(np.maximum(np.maximum(middle_low - high, low - middle_high), 0.0), axis=1)
+    near = counts & (off <= FAR_OFF * np.linalg.norm(middle_high - middle_low))
+    return near if near.any() else counts
+
+
+def _weighted_quantile(values: Float64Array, weights: Int64Array, share: float) -> Float64Array:
+    """Of each column of values, shape (o, 3), the one that `share` of the weight does not exceed."""
+    order = np.argsort(values, axis=0, kind="stable")
+    sums = np.cumsum(weights[order], axis=0)
+    row = np.argmax(sums >= share * sums[-1], axis=0)
+    return values[order[row, np.arange(3)], np.arange(3)]
 
 
 def near_centre(minimum: Float64Array, maximum: Float64Array, kept: Float64Array | None) -> Float64Array:

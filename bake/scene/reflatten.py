@@ -127,9 +127,11 @@ def _piece(world: World, name: str, offsets: str, run: slice) -> NDArray[Any]:
 
 def _origin_stays(world: World) -> bool:
     """Whether `flatten` would keep the world's origin too."""
-    decides = decides_origin(world.object_roles)
-    counts = np.diff(world.first_vertex) > 0
-    starts = world.first_vertex[:-1][counts]
-    low: Float64Array = np.minimum.reduceat(world.positions, starts, axis=0)[decides[counts]].min(axis=0)
-    high: Float64Array = np.maximum.reduceat(world.positions, starts, axis=0)[decides[counts]].max(axis=0)
+    held = np.diff(world.first_vertex)
+    starts = world.first_vertex[:-1][held > 0]
+    low: Float64Array = np.minimum.reduceat(world.positions, starts, axis=0)
+    high: Float64Array = np.maximum.reduceat(world.positions, starts, axis=0)
+    roles = [role for role, count in zip(world.object_roles, held, strict=True) if count > 0]
+    decides = decides_origin(roles, low, high, held[held > 0])
+    low, high = low[decides].min(axis=0), high[decides].max(axis=0)
     return not near_centre(low, high, np.zeros(3)).any()
