@@ -191,8 +191,11 @@ def _surroundings() -> list[Case]:
     """All beyond the longest ray, so that nothing may change."""
     spheres = [Case(f"in a sphere of 1e{n} m", partial(_in_sphere, 10.0**n), may_change=1e-3) for n in (4, 6)]
     sides = [Case(f"backdrop 1e{n} m away on one side", partial(_backdrop, 10.0**n), may_change=1e-3) for n in (4, 6)]
-    baked = Case("backdrop 1e4 m away, baked as well", partial(_backdrop, 1e4, Role.STATIC), may_change=1e-3)
-    return [*spheres, *sides, baked]
+    baked = [
+        Case(f"backdrop 1e{n} m away, baked as well", partial(_backdrop, 10.0**n, Role.STATIC), may_change=1e-3)
+        for n in (4, 6)
+    ]
+    return [*spheres, *sides, *baked]
 
 
 def _in_sphere(radius: float) -> Level:
