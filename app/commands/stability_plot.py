@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from bake.bench.stability import Matrix
 
 _DECADES = 6.0  # from a millionth of the gate to the gate
+_DARK = 0.02  # shares of the gate whose cells take white letters
 _FAILED, _NOTHING = "#c0392b", "#f2f2f2"
 
 
@@ -40,6 +41,7 @@ def plot_stability(path: Path, matrix: Matrix) -> None:
                 share = max(cell.ratio, 10.0**-_DECADES)
                 colour = colours(scale(-_DECADES - 1.0 if cell.ratio == 0.0 else math.log10(share)))
                 text = "" if cell.ratio < 10.0**-_DECADES else f"{cell.ratio:.1g}"
+                ink = "white" if cell.ratio > _DARK else ink
             axes.add_patch(Rectangle((x, y), 1.0, 1.0, facecolor=colour, edgecolor="white", linewidth=0.6))
             axes.text(x + 0.5, y + 0.53, text, ha="center", va="center", fontsize=6, color=ink)
     axes.set_xlim(0, len(stages))
