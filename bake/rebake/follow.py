@@ -126,7 +126,7 @@ def follow(
         skipped=skipped_after(state, rows.skipped, trees, known_trees, regions.skipped),
         stale=_stale(state, edit, samples, rows),
     )
-    vertices = changed_vertices(state, edit, around.field)
+    vertices = shown if around.field is field else changed_vertices(state, edit, around.field)
     voxels = 0 if trees is None else len(trees.volume.voxel)
     untouched = (
         state.result.decorators is not None and trees is not None and trees.volume is state.result.decorators.volume

@@ -38,13 +38,13 @@ def known_points(state: State, edit: Edit, space: RegionSpace, bound: float) -> 
     known = np.maximum(former, 0)
     places = Places.of(grid_positions(space.graph).astype(np.float32)[traced])
     settings = edit.settings
-    found = reach(places, edit.casters, settings, rays=settings.region_directions, near=bound / 8.0)
+    found = reach(places, edit.casters, settings, rays=settings.region_directions, near=bound / 8.0, noise_limit=bound)
     kept = state.result.skipped
     before = np.zeros(len(traced), np.float32)
     if kept is not None and len(kept.points):
         before = np.where(former >= 0, kept.points[known], np.float32(0.0))
     skipped = (before + found.bound).astype(np.float32)
-    wanted = (former < 0) | (found.touched if bound <= 0.0 else skipped > bound)
+    wanted = (former < 0) | (found.touched if bound <= 0.0 else found.noisy | (skipped > bound))
     skipped[wanted] = 0.0
     if not len(regions.points.traced):
         return None, skipped

@@ -61,11 +61,18 @@ class KnownTrees:
         known = np.maximum(former, 0)
         places = Places.of(grid.positions.astype(np.float32))
         settings = self._edit.settings
-        found = reach(places, self._edit.casters, settings, rays=settings.volume_directions, near=self._bound / 8.0)
+        found = reach(
+            places,
+            self._edit.casters,
+            settings,
+            rays=settings.volume_directions,
+            near=self._bound / 8.0,
+            noise_limit=self._bound,
+        )
         kept = self._state.result.skipped
         before = np.zeros(len(old.voxel), np.float32) if kept is None or not len(kept.voxels) else kept.voxels
         skipped = np.where(former >= 0, before[known], np.float32(0.0)) + np.float32(SPHERE_SCALE) * found.bound
-        wanted = (former < 0) | (found.touched if self._bound <= 0.0 else skipped > self._bound)
+        wanted = (former < 0) | (found.touched if self._bound <= 0.0 else found.noisy | (skipped > self._bound))
         skipped[wanted] = 0.0
         self.skipped_voxels, self._former, self._grid = skipped.astype(np.float32), former, grid
         self.traced_voxels = int(np.count_nonzero(wanted))
@@ -160,7 +167,9 @@ class KnownTrees:
         middle = (0.5 * (low + high)).astype(np.float32)
         places = Places.of(middle, lift=float(half.max(initial=0.0)))
         settings = self._edit.settings
-        found = reach(places, self._edit.casters, settings, rays=settings.rays, near=self._bound / 8.0)
+        found = reach(
+            places, self._edit.casters, settings, rays=settings.rays, near=self._bound / 8.0, noise_limit=self._bound
+        )
         return found.touched, found.bound
 
     def _skipped_before(self, row: int) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bake.geometry import face_normals
 from bake.rebake.state import Edit
 from bake.rebake.types import Partial
 from bake.types import BakeResult, BoolArray, Float32Array, Float64Array, Int64Array, SampleSet
@@ -63,3 +64,31 @@ class DeltaPreview:
         values = np.clip(np.where(np.isfinite(base), base + mean, mean), 0.0, 1.0).astype(np.float32)
         moving = (values != base).any(axis=1)
         return Partial(vertices[moving], values[moving], rays_done, rays_total)
+
+    def spread(self, rows: Int64Array, moved: Float32Array, rays_done: int, rays_total: int) -> Partial:
+        """Values where some samples changed and all others, as far as is known, did not.
+
+        Args:
+            rows: Shape (r,), samples that changed.
+            moved: Shape (r, k): by how much.
+            rays_done, rays_total: For the partial.
+        """
+        world, samples = self._world, self._samples
+        corners = world.faces[samples.face[rows]].astype(np.int64)
+        first = samples.barycentric[rows].astype(np.float64)
+        weights = np.column_stack([first, 1.0 - first.sum(axis=1)]) * samples.area[rows, None]
+        hit = np.zeros(world.vertex_count, np.bool_)
+        hit[corners.ravel()] = True
+        around = np.flatnonzero(hit[world.faces].any(axis=1) & world.face_samples)
+        areas = face_normals(world.positions, world.faces[around])[1] / 3.0
+        vertices = np.flatnonzero(hit & self._wanted & self._has_value)
+        place = np.full(world.vertex_count, len(vertices), np.int64)
+        place[vertices] = np.arange(len(vertices))
+        count = len(vertices) + 1
+        mass = np.bincount(place[world.faces[around]].ravel(), np.repeat(areas, 3), minlength=count)[:-1]
+        values = self._before[vertices].astype(np.float64)
+        for column in range(values.shape[1]):
+            change = weights * moved[:, column, None].astype(np.float64)
+            total = np.bincount(place[corners].ravel(), change.ravel(), minlength=count)[:-1]
+            values[:, column] += total / np.maximum(mass, 1e-300)
+        return Partial(vertices, np.clip(values, 0.0, 1.0).astype(np.float32), rays_done, rays_total)

@@ -5,8 +5,9 @@ that it newly stops or no longer stops changes by at most 2^(-t/D), with t at le
 what is new can only close: the larger of the two bounds holds for both together.
 
 That is the bound of the mean over all directions. A bake sends a few rays, of which now and then one more than this
-strikes; a quarter of the share's standard error is added for it, because a vertex averages over sixteen samples and
-more. With the bound at 0 nothing is left to chance: whatever may be struck at all is looked at.
+strikes. What that does is told apart, as a quarter of the share's standard error, for a vertex averages over sixteen
+samples and more; it is independent from edit to edit and does not add up. With the bound at 0 nothing is left to
+chance: whatever may be struck at all is looked at.
 """
 
 from __future__ import annotations
@@ -108,15 +109,19 @@ class Reached:
     """What an edit may do to points.
 
     Attributes:
-        bound: Shape (n,), float32, in AO.
+        bound: Shape (n,), float32, in AO: of the mean over all directions.
+        noisy: Shape (n,), bool: with the noise of few rays it may be more than `noise_limit`.
         touched: Shape (n,), bool: something that changed may be struck from there at all.
     """
 
     bound: Float32Array
+    noisy: BoolArray
     touched: BoolArray
 
 
-def reach(places: Places, casters: Casters, settings: BakeSettings, *, rays: int, near: float) -> Reached:
+def reach(
+    places: Places, casters: Casters, settings: BakeSettings, *, rays: int, near: float, noise_limit: float
+) -> Reached:
     """Bounds at points.
 
     Args:
@@ -125,21 +130,22 @@ def reach(places: Places, casters: Casters, settings: BakeSettings, *, rays: int
         settings: Kernel and distances.
         rays: Rays from each point.
         near: Bounds above it are refined point by point; blocks below keep the bound of their nearest point.
+        noise_limit: See `Reached.noisy`.
     """
-    before, near_before = _side(places, casters.before, settings, rays, near)
-    after, near_after = _side(places, casters.after, settings, rays, near)
-    return Reached(np.maximum(before, after), near_before | near_after)
+    before, near_before = _side(places, casters.before, settings, near)
+    after, near_after = _side(places, casters.after, settings, near)
+    bound = np.maximum(before, after)
+    noisy = bound + np.float32(0.25) * np.sqrt(bound / np.float32(rays)) > np.float32(noise_limit)
+    return Reached(bound, noisy, near_before | near_after)
 
 
-def _side(
-    places: Places, parts: Parts, settings: BakeSettings, rays: int, near: float
-) -> tuple[Float32Array, BoolArray]:
+def _side(places: Places, parts: Parts, settings: BakeSettings, near: float) -> tuple[Float32Array, BoolArray]:
     total = np.zeros(len(places), np.float32)
     touched = np.zeros(len(places), np.bool_)
     for centre, radius in zip(parts.centre, parts.radius, strict=True):
         wide = float(radius) * (1.0 + 1e-5) + places.lift + 1e-6
         away = np.linalg.norm(places.centre - centre, axis=1) - places.radius
-        whole = _bound(np.maximum(away, 0.0), wide, settings, rays)
+        whole = _bound(np.maximum(away, 0.0), wide, settings)
         rest = whole <= near
         sizes = np.full(len(whole), BLOCK)
         if len(sizes):
@@ -151,7 +157,7 @@ def _side(
             part = rows[begin : begin + _CHUNK]
             offset = places.points[part] - centre.astype(np.float32)
             squared = np.einsum("ij,ij->i", offset, offset)
-            bound = _bound(np.sqrt(squared, dtype=np.float64), wide, settings, rays).astype(np.float32)
+            bound = _bound(np.sqrt(squared, dtype=np.float64), wide, settings).astype(np.float32)
             if places.normals is not None:
                 height = np.einsum("ij,ij->i", offset, places.normals[part])
                 bound[height > np.float32(wide)] = 0.0  # all of it lies below the face
@@ -165,11 +171,10 @@ def _rows_of(blocks: Int64Array, count: int) -> Int64Array:
     return rows[rows < count]
 
 
-def _bound(distance: Float64Array, radius: float, settings: BakeSettings, rays: int) -> Float64Array:
+def _bound(distance: Float64Array, radius: float, settings: BakeSettings) -> Float64Array:
     """The bound for a sphere at some distances from its centre, shape (n,), in AO."""
     gap = np.maximum(distance - radius, 0.0)
     share = np.minimum(1.0, np.square(radius / np.maximum(distance, radius)))
-    share = np.minimum(1.0, share + 0.25 * np.sqrt(share / rays))
     if settings.kernel is Kernel.OBSCURANCE:
         share *= np.exp2(-gap / max(settings.distances))
     return np.where(gap <= settings.trace_distance * (1.0 + 1e-5), share, 0.0)

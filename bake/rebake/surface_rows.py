@@ -59,8 +59,8 @@ def plan_rows(state: State, edit: Edit, samples: SampleSet, where: RowMap, place
         left = np.array([path in set(result.stale) for path in world.object_paths], np.bool_)
         whole |= left[world.face_object[samples.face]]
     skipped = where.carried(state.skipped)
-    found = reach(places, edit.casters, settings, rays=settings.rays, near=CHECKED * bound)
-    check = found.touched if bound <= 0.0 else found.bound > np.float32(CHECKED * bound)
+    found = reach(places, edit.casters, settings, rays=settings.rays, near=CHECKED * bound, noise_limit=bound)
+    check = found.touched if bound <= 0.0 else (found.bound > np.float32(CHECKED * bound)) | found.noisy
     if bound > 0.0 and len(edit.casters):
         check = check | (found.touched & marginal(tally, settings.back_face_threshold, settings.rays))
     check = check & ~whole

@@ -21,7 +21,7 @@ PASSES = 4
 
 _FIRST = 16  # one in so many of the samples traced whole makes the first picture
 _CHUNK_RAYS = 1 << 19
-_CHUNK_TESTS = 1 << 23
+_CHUNK = 1 << 19  # samples that are checked at a time
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +90,7 @@ class SurfaceTrace:
             low, high = self._edit.casters.boxes
             opaque = np.concatenate([self._edit.casters.before.opaque, self._edit.casters.after.opaque])
             with ChangedRays(old, self._tracer, self._edit.change, low, high, opaque) as rays:
-                yield from self._check(rays, self._in_order(self._rows.check), whole[thin:])
+                yield from self._check(rays, self._seen_first(self._rows.check), whole[thin:])
         else:
             yield from self._trace_whole(whole[thin:])
         return SurfaceRays(
@@ -127,23 +127,23 @@ class SurfaceTrace:
         count, k = self._edit.settings.rays, self._edit.settings.distance_count
         ao: Float64Array = np.zeros((len(rows), k))
         hits, backs, found = (np.zeros(len(rows), np.int32) for _ in range(3))
+        spans = [slice(begin, min(begin + _CHUNK, len(rows))) for begin in range(0, len(rows), _CHUNK)]
+        chunks = [(own, self._samples.only(rows[own])) for own in spans]
         for number, part in enumerate(_parts(count)):
-            step = max(1, _CHUNK_TESTS // (part.stop - part.start))
-            for begin in range(0, len(rows), step):
-                own = slice(begin, begin + step)
-                change = rays.trace(self._samples.only(rows[own]), rays=part)
+            for own, samples in chunks:
+                change = rays.trace(samples, rays=part)
+                moved = np.flatnonzero(change.changed) + own.start
                 ao[own] += change.ao
                 hits[own] += change.hits
                 backs[own] += change.back_faces
                 found[own] += change.changed
                 self._add(change)
-                share = part.stop / count
                 self._done += round(len(change) * (part.stop - part.start) / count)
                 yield self._progress()
-                known = np.ones(len(change), np.bool_)
-                moved = (ao[own] / share).astype(np.float32)
-                some = np.flatnonzero(found[own] > 0) if number else np.arange(len(change))
-                yield self._preview.partial(rows[own][some], moved[some], known[some], self._done * count, self._total)
+                if len(moved):
+                    some = moved if number == 0 else np.flatnonzero(found[own]) + own.start
+                    estimate = (ao[some] * (count / part.stop)).astype(np.float32)
+                    yield self._preview.spread(rows[some], estimate, self._done * count, self._total)
             if number == 0:
                 yield from self._trace_whole(whole)
         none = np.zeros(0, np.int64)
@@ -187,6 +187,14 @@ class SurfaceTrace:
     def _progress(self) -> Progress:
         seconds, done = time.perf_counter() - self._begin, self._done * self._edit.settings.rays
         return Progress("trace", min(done, self._total), self._total, seconds, self._traced / max(seconds, 1e-9))
+
+    def _seen_first(self, rows: Int64Array) -> Int64Array:
+        if self._seen is None:
+            return rows
+        seen = np.zeros(self._edit.world.vertex_count, np.bool_)
+        seen[self._seen] = True
+        is_seen = seen[self._edit.world.faces[self._samples.face[rows]]].any(axis=1)
+        return np.concatenate([rows[is_seen], rows[~is_seen]])
 
     def _in_order(self, rows: Int64Array) -> Int64Array:
         """A thin spread over everything, then what is in view, then by what the edit may do."""
