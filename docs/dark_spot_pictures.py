@@ -33,7 +33,9 @@ from app.parts.explain import ExplainPart
 from app.region_flight import looking
 from app.style import application
 from app.window import Window
+from bake.explain.preview import Preview
 from bake.pipeline import BakeRequest, run_bake
+from viewer.fields import Quantity
 
 LEVEL = Path(__file__).resolve().parents[1] / "assets" / "sample_level"
 PLANTED = "8_enclosing_shell"
@@ -43,7 +45,7 @@ FROM = np.array([1.0, 1.0, 3.2])
 QUALITY = {"quality": "preview", "region-directions": "64"}
 SIZE = (1280, 800)
 PATIENCE_S = 600.0
-COLOURS = 96
+COLOURS = 128
 
 logger = logging.getLogger(__name__)
 
@@ -96,7 +98,13 @@ class Walk:
         assert screen is not None
         path = self.folder / f"dark-spot-{name}.png"
         screen.grabWindow(self.window.winId()).save(str(path))
-        Image.open(path).convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+        few = Image.open(path).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+        few.save(path, optimize=True)
+
+    def show_distance(self, column: int) -> None:
+        """Shows AO at one of the distances."""
+        document = self.window.document
+        document.set_display(document.display.replaced(quantity=Quantity.DISTANCE, column=column))
 
     def look_at_spot(self) -> None:
         """Selects the object with the planted spot and flies to it."""
@@ -145,12 +153,12 @@ class Walk:
     def preview(self) -> tuple[QPushButton, QPushButton]:
         """Previews the first remedy of the likeliest cause; its two buttons."""
         part = self.window.part(ExplainPart)
-        row, seen = part.panel.causes._cards[0]._rows[0], list[object]()
+        row, seen = part.panel.causes._cards[0]._rows[0], list[Preview]()
         part.live.previewed.connect(seen.append)
         row._preview.click()
         self.until(lambda: bool(seen))
         part.live.previewed.disconnect(seen.append)
-        logger.info("%s: %s", row._remedy.text, seen[0])
+        logger.info("%s: %s -> %s", row._remedy.text, seen[0].before.round(3), seen[0].after.round(3))
         return row._preview, row._apply
 
     def bake(self) -> None:
@@ -166,6 +174,8 @@ def main(folder: Path) -> None:
     with tempfile.TemporaryDirectory() as work:
         walk = Walk(folder, Path(work))
         window = walk.window
+        walk.act("back-faces")  # as the game draws them: not at all
+        walk.show_distance(0)
         walk.look_at_spot()
         walk.click()
         walk.keep("1-found")
@@ -186,6 +196,10 @@ def main(folder: Path) -> None:
         walk.until(lambda: comparison.compared is not None)
         window.bench.show_panel(COMPARISON)
         comparison.set_mode(CompareMode.SIDE)
+        panel = window.part(ExplainPart).panel
+        panel.rays.setChecked(False)
+        panel.samples.setChecked(False)
+        window.document.select(-1)
         walk.rest(1.0)
         walk.keep("5-compared")
         window.close()
