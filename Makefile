@@ -4,7 +4,7 @@ STAMP  := .venv/.ready
 # Tests open real windows; without a display they get a virtual one.
 SCREEN := .ci/with-display
 
-.PHONY: run test test-slow check lint types imports format lock setup clean
+.PHONY: run test test-slow gpu check lint types imports format lock setup clean
 
 run: $(STAMP)
 	$(PYTHON) main.py
@@ -14,6 +14,16 @@ test: $(STAMP)
 
 test-slow: $(STAMP)
 	$(SCREEN) $(PYTHON) -m pytest -m slow
+
+# Everything that waits for a CUDA card: parity, speed by stage and scale, the choice of BVH, two published workloads.
+# NumPy, SciPy and Warp are enough; with pytest and hypothesis the tests marked cuda run too: make gpu PYTHON=python3
+gpu:
+	mkdir -p build/gpu
+	if $(PYTHON) -c "import pytest, hypothesis" 2>/dev/null; then \
+		$(PYTHON) -m pytest -m cuda -W "ignore::pytest.PytestConfigWarning" tests/trace; \
+	else echo "no pytest here: parity is the first table of the benchmark"; fi
+	$(PYTHON) main.py bench speed --device cuda --largest 10000000 --json | tee build/gpu/speed.jsonl
+	$(PYTHON) main.py bench workloads --device cuda --json | tee build/gpu/workloads.jsonl
 
 check: lint types imports test
 

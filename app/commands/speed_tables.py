@@ -12,7 +12,7 @@ from bake.errors import InputError
 if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
-TABLES = ("scale", "overhead", "solving", "updates", "start", "card")
+TABLES = ("parity", "scale", "overhead", "solving", "updates", "start", "card")
 
 _SMALLEST = 10_000
 
@@ -63,6 +63,10 @@ def speed_tables(
 def _measured(
     wanted: Sequence[str], scenes: Sequence[Path], options: dict[str, Any], largest: int, plots: Path | None
 ) -> Iterable[Measurements]:
+    if "parity" in wanted:
+        from bake.bench.scaling_parity import measure_parity
+
+        yield measure_parity(options)
     if "scale" in wanted:
         from bake.bench.scaling import measure_scaling
 

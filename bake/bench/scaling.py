@@ -29,15 +29,15 @@ STAGES = {
     "solve s": "map to vertices",
 }
 STORE, TOTAL = "store s", "total s"
-COUNTS = (1, 10, 100, 1_000, 10_000)
+COUNTS = (1, 10, 100, 316, 1_000, 3_162, 10_000)
 
-_LEAST_S = 0.05
+_LEAST_S = 0.02
 
 
 def scales(largest: int) -> tuple[int, ...]:
-    """Triangles of the fields: powers of ten from ten thousand up to `largest`, and `largest` itself."""
-    powers = [10**i for i in range(4, 12) if 10**i < largest]
-    return (*powers, largest)
+    """Triangles of the fields: half powers of ten from ten thousand up to `largest`, and `largest` itself."""
+    powers = [round(10**4 * 10 ** (i / 2)) for i in range(16)]
+    return (*(size for size in powers if size < largest), largest)
 
 
 def measure_scaling(

@@ -11,7 +11,8 @@ from bake.bench.synthetic import field_with_props, height_field, octahedron, sub
 
 SEED = 1
 
-_PROPS, _WIDTH = 300, 200.0
+_PROPS = 300
+_SPACING = 4.0  # metres between balls
 _BALL = 128  # triangles
 _GROUND = 8  # cells along an edge
 
@@ -31,15 +32,19 @@ def write_field(path: Path, triangles: int) -> Path:
 
 
 def write_instances(path: Path, count: int) -> Path:
-    """A ground of 128 triangles and `count` placements of one ball of 128, each an object of its own."""
+    """A ground of 128 triangles and `count` placements of one ball of 128, each an object of its own.
+
+    The level is as wide as gives each ball 16 m², so that it never gets more crowded.
+    """
     rng = np.random.default_rng(SEED)
-    places = np.column_stack([rng.uniform(-_WIDTH / 2, _WIDTH / 2, (count, 2)), rng.uniform(-1.0, 3.0, count)])
+    width = _SPACING * max(count, 25) ** 0.5
+    places = np.column_stack([rng.uniform(-width / 2, width / 2, (count, 2)), rng.uniform(-1.0, 3.0, count)])
     turns = rng.uniform(0.0, 2.0 * np.pi, count).tolist()
     balls = [
         Placed(f"ball {i}", "ball", (x, y, z), turn)
         for i, ((x, y, z), turn) in enumerate(zip(places.tolist(), turns, strict=True))
     ]
-    meshes = {"ground": height_field(_GROUND, _WIDTH), "ball": subdivided(octahedron(), 2, radius=1.0)}
+    meshes = {"ground": height_field(_GROUND, width), "ball": subdivided(octahedron(), 2, radius=1.0)}
     assert len(meshes["ball"][1]) == _BALL
     return write_scene(path, meshes, [Placed("ground", "ground"), *balls])
 
