@@ -12,9 +12,10 @@ import pytest
 from app.commands.stability_plot import plot_stability
 from bake.bench.stability import Matrix, bench_settings, measure_stability, tables
 from bake.bench.stability_cases import all_cases
-from bake.bench.stability_figures import Figure, warned, worst
+from bake.bench.stability_figures import Figure, tally_figures, warned, worst
 from bake.bench.stability_level import as_scene, make_level
 from bake.scene import flatten
+from bake.types import Tally
 
 QUICK = {"rays": 8, "samples-per-face": "1:1", "region-directions": 16, "volume-directions": 16}
 
@@ -62,6 +63,19 @@ def test_a_broken_gate_shows() -> None:
     assert not lost.passed and worst([close, lost]) is lost
     broken = Matrix({"case": [fine, lost]}, bench_settings({}), {})
     assert not any(table.passed for table in tables(broken))
+
+
+def test_bad_samples_break_their_gates() -> None:
+    """A value that is not a number, one above 1, one brighter at the longer distance, and a sample short of rays."""
+    settings = bench_settings({"rays": 8, "distances": "2,300"})
+    tally = Tally.empty(4, 2)
+    tally.rays[:] = 8
+    assert all(item.passed for item in tally_figures("embree", tally, settings))
+    tally.ao[0], tally.ao[1], tally.ao[2], tally.rays[3] = np.nan, 1.001, (0.2, 0.3), 7
+    failed = {item.what: item.value for item in tally_figures("embree", tally, settings) if not item.passed}
+    assert failed["values not finite"] == 2.0 and failed["rays missing"] == 1.0
+    assert failed["beyond 0 to 1"] == pytest.approx(0.001, rel=1e-3)
+    assert "brighter at a longer distance" in failed
 
 
 def test_warnings_of_all_kinds_are_counted() -> None:
