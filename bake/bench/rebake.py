@@ -186,8 +186,8 @@ def summarised(rows: Sequence[Mapping[str, Any]], *, edits: int, bound: float, s
         f"gates: no value off by more than {limit:.2g}, root mean square at most {rms_limit:.2g}, after every edit",
     ]
     return [
-        Measurements("rebake: differences", _by_values(rows, limit, rms_limit), notes, {"edits": seed}),
-        Measurements("rebake: kinds of edits", _by_kind(rows), [], {"edits": seed}),
+        Measurements("rebake: differences", _by_values(rows, limit, rms_limit), notes, seeds={"edits": seed}),
+        Measurements("rebake: kinds of edits", _by_kind(rows), [], seeds={"edits": seed}),
     ]
 
 

@@ -138,7 +138,7 @@ def follow(
         points=0 if dynamic is None else len(dynamic.regions.points.traced),
         points_traced=regions.traced,
     )
-    after = State(result, edit.scene, tracer, update.keeper, places)
+    after = State(result, edit.scene, tracer, update.keeper, places, rows.anchor)
     return after, RebakeOutcome(result, report)
 
 

@@ -18,6 +18,23 @@ from bake.types import BakeResult, BoolArray, Float32Array, Scene, World
 
 
 @dataclass(frozen=True, slots=True)
+class Anchor:
+    """The world that a session began with. A prop that is dragged about and back again is where it was: samples that
+    were left alone all the while are off by what differs between then and now, not by the sum of all its ways.
+
+    Attributes:
+        world, fog: As it was.
+        skipped: Shape (n,), float32: what was skipped before, one a sample of the newest world.
+        untouched: Shape (n,), bool: samples that nothing was done to since.
+    """
+
+    world: World
+    fog: FogBoxes | None
+    skipped: Float32Array
+    untouched: BoolArray
+
+
+@dataclass(frozen=True, slots=True)
 class State:
     """A bake and what was made of it to follow edits fast.
 
@@ -27,6 +44,7 @@ class State:
         tracer: Of the result's world; None until one is needed.
         keeper: Its values; None until they are needed.
         places: Of its samples; None until they are needed.
+        anchor: What the session began with; None: this very result.
     """
 
     result: BakeResult
@@ -34,6 +52,14 @@ class State:
     tracer: Tracer | None = None
     keeper: FieldKeeper | None = None
     places: Places | None = None
+    anchor: Anchor | None = None
+
+    @property
+    def anchored(self) -> Anchor:
+        """What the session began with."""
+        if self.anchor is not None:
+            return self.anchor
+        return Anchor(self.result.world, self.fog, self.skipped, np.ones(len(self.result.samples), np.bool_))
 
     @property
     def fog(self) -> FogBoxes | None:

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from bake.rebake.carry import carried_tally, marginal
+from bake.rebake.casters import Casters, changed_casters
+from bake.rebake.changes import compare
 from bake.rebake.reach import Places, reach
 from bake.rebake.rows import RowMap
-from bake.rebake.state import Edit, State
+from bake.rebake.state import Anchor, Edit, State
 from bake.types import Float32Array, Int64Array, SampleSet, Tally
 
-CHECKED = 1.0 / 8.0
+CHECKED = 1.0 / 2.0
 """Share of the bound above which a sample is looked at; what is below adds up until it exceeds the bound."""
 
 
@@ -28,6 +30,7 @@ class SurfaceRows:
         skipped: Shape (n,), float32: what is skipped after this edit, of those that are not touched.
         stale: Shape (s,), int64: those that the edit may reach, but that were told to be left alone.
         bound: Shape (n,), float32: what the edit may do to each, in AO.
+        anchor: For the state after the edit.
     """
 
     map: RowMap
@@ -37,6 +40,7 @@ class SurfaceRows:
     skipped: Float32Array
     stale: Int64Array
     bound: Float32Array
+    anchor: Anchor
 
 
 def plan_rows(state: State, edit: Edit, samples: SampleSet, where: RowMap, places: Places, bound: float) -> SurfaceRows:
@@ -65,6 +69,12 @@ def plan_rows(state: State, edit: Edit, samples: SampleSet, where: RowMap, place
         check = check | (found.touched & marginal(tally, settings.back_face_threshold, settings.rays))
     check = check & ~whole
     skipped = np.where(check, skipped, skipped + found.bound)
+    anchor = state.anchored
+    untouched = where.carried(anchor.untouched) & ~check & ~whole
+    before = where.carried(anchor.skipped)
+    if bound > 0.0 and state.anchor is not None:
+        net = reach(places, _since(anchor, edit), settings, rays=settings.rays, near=CHECKED * bound, noise_limit=bound)
+        skipped = np.where(untouched, np.minimum(skipped, before + net.bound), skipped)
     whole |= ~check & (skipped > np.float32(bound))
     stale = np.zeros(0, np.int64)
     if edit.selects:  # what nobody asked for stays as it was, if it was ever traced
@@ -73,4 +83,11 @@ def plan_rows(state: State, edit: Edit, samples: SampleSet, where: RowMap, place
         whole &= ~left
         check = check & ~left
     skipped[whole] = 0.0
-    return SurfaceRows(where, tally, np.flatnonzero(whole), np.flatnonzero(check), skipped, stale, found.bound)
+    anchor = Anchor(anchor.world, anchor.fog, before, untouched & ~whole)
+    return SurfaceRows(where, tally, np.flatnonzero(whole), np.flatnonzero(check), skipped, stale, found.bound, anchor)
+
+
+def _since(anchor: Anchor, edit: Edit) -> Casters:
+    """What rays see differently since the session began."""
+    change = compare(anchor.world, edit.world)
+    return changed_casters(anchor.world, edit.world, change, anchor.fog, edit.fog)
