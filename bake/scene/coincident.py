@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bake.scene.weld import mixed_keys, weld_positions
+from bake.scene.weld import mixed_keys, stable_order, weld_positions
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 
 
@@ -40,9 +40,16 @@ def coincident_of_welded(welded: Int64Array) -> CoincidentFaces:
         return CoincidentFaces(duplicate, opposed, repeated)
     triples = corners[proper]
     keys = mixed_keys(triples.astype(np.uint64))
-    order = np.argsort(keys, kind="stable")
+    # The upper bits of a key tell almost all triples apart, and leave room to sort places along with them.
+    shift = np.uint64(len(keys).bit_length())
+    order = stable_order(keys >> shift, (1 << (64 - int(shift))) - 1)
     sorted_triples = triples[order]
     repeats: BoolArray = np.all(sorted_triples[1:] == sorted_triples[:-1], axis=1)
+    upper = (keys >> shift)[order]
+    if ((upper[1:] == upper[:-1]) & ~repeats).any():
+        order = np.argsort(keys, kind="stable")
+        sorted_triples = triples[order]
+        repeats = np.all(sorted_triples[1:] == sorted_triples[:-1], axis=1)
     if not repeats.any():
         return CoincidentFaces(duplicate, opposed, repeated)
     group = np.concatenate(([0], np.cumsum(~repeats)))

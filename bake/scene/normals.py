@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import (  # pyright: ignore[reportMissingTypeStubs]
 )
 
 from bake.scene.surface import referenced_vertices
-from bake.scene.weld import edge_keys, weld_positions
+from bake.scene.weld import stable_order, weld_positions
 from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array
 
 # Faces around one edge that are all compared with each other; more than that only in deliberately odd files.
@@ -56,8 +56,7 @@ def crease_normals(positions: Float64Array, faces: Int64Array | Int32Array, crea
     sums = np.stack([np.bincount(joined, weighted[:, axis], groups) for axis in range(3)], axis=1)
     keys = faces.reshape(-1) * np.int64(max(groups, 1)) + joined
     unused = np.flatnonzero(~referenced_vertices(faces, len(positions)))
-    unique, corner_vertex = np.unique(np.concatenate((keys, unused * np.int64(max(groups, 1)))), return_inverse=True)
-    corner_vertex = corner_vertex.reshape(-1)
+    unique, corner_vertex = _numbered(np.concatenate((keys, unused * np.int64(max(groups, 1)))))
     normals = np.zeros((len(unique), 3))
     normals[corner_vertex[: 3 * count]] = sums[joined]
     return CreaseSplit(
@@ -65,6 +64,17 @@ def crease_normals(positions: Float64Array, faces: Int64Array | Int32Array, crea
         normals=unit_vectors(normals),
         source=(unique // max(groups, 1)).astype(np.int32),
     )
+
+
+def _numbered(keys: Int64Array) -> tuple[Int64Array, Int64Array]:
+    """The distinct keys, ascending, and the number of each key among them; keys are not negative."""
+    order = stable_order(keys.astype(np.uint64), int(keys.max(initial=0)))
+    ascending = keys[order]
+    is_new = np.ones(len(keys), np.bool_)
+    is_new[1:] = ascending[1:] != ascending[:-1]
+    number = np.empty(len(keys), np.int64)
+    number[order] = np.cumsum(is_new) - 1
+    return ascending[is_new], number
 
 
 def _face_directions(positions: Float64Array, faces: Int64Array) -> tuple[Float64Array, Float64Array]:
@@ -87,8 +97,10 @@ def _join_corners(welded: Int64Array, directions: Float64Array, least_cosine: fl
     start, end = welded.reshape(-1), np.roll(welded, -1, axis=1).reshape(-1)
     corner = np.arange(3 * count)
     next_corner = corner - corner % 3 + (corner + 1) % 3
-    order = np.argsort(edge_keys(start, end), kind="stable")
-    keys = edge_keys(start, end)[order]
+    number = int(welded.max(initial=-1)) + 1
+    edges = (np.minimum(start, end) * number + np.maximum(start, end)).astype(np.uint64)
+    order = stable_order(edges, number * number)
+    keys = edges[order]
     rows: list[Int64Array] = []
     columns: list[Int64Array] = []
     for step in range(1, MOST_FACES_COMPARED):

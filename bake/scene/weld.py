@@ -48,3 +48,16 @@ def edge_keys(start: Int64Array, end: Int64Array) -> UInt64Array:
     """One key per undirected edge between welded vertices below 2³², shape as the arguments, uint64."""
     low, high = np.minimum(start, end).astype(np.uint64), np.maximum(start, end).astype(np.uint64)
     return (low << np.uint64(32)) | high
+
+
+def stable_order(keys: UInt64Array, most: int) -> Int64Array:
+    """`np.argsort(keys, kind="stable")` for keys up to `most`, several times as fast where they leave room.
+
+    Numbers are sorted many times faster than their places: each key takes its place along in its low bits.
+    """
+    bits = len(keys).bit_length()
+    if most.bit_length() + bits > 64:
+        return np.argsort(keys, kind="stable")
+    packed = (keys << np.uint64(bits)) | np.arange(len(keys), dtype=np.uint64)
+    packed.sort()
+    return (packed & np.uint64((1 << bits) - 1)).astype(np.int64)

@@ -46,6 +46,6 @@ def sample_importance(world: World, samples: SampleSet, settings: BakeSettings) 
     area = face_normals(world.positions, faces)[1]
     spread = np.bincount(unknown[faces].ravel(), np.repeat(area / 3.0, 3), count)
     share = 0.5 * spread / max(float(spread.sum()), 1e-300) + 0.5 * around / max(int(around.sum()), 1)
-    factor = share / np.maximum(mass, 1e-300) ** 2
+    factor = np.where(mass > 0.0, share / np.maximum(mass, 1e-100) ** 2, 0.0)
     own[rows] = (weighted**2 * factor[corner]).sum(axis=1)
     return own

@@ -12,9 +12,10 @@ import numpy as np
 
 from bake.errors import SolveError
 from bake.settings import BakeSettings, MappingKind
+from bake.solve.average import weighted_average
 from bake.solve.conjugate_gradient import BoxSolution, BoxSolver
 from bake.solve.direct import finished
-from bake.solve.mass import FaceMoments, face_moments
+from bake.solve.mass import FaceMoments, at_corners, face_moments, right_hand_side
 from bake.solve.prior import SceneScatter
 from bake.solve.surface import build_surface
 from bake.solve.system import Equations, System, build_equations
@@ -67,6 +68,7 @@ class VertexMapper:
         samples: Where AO was estimated.
         settings: `weld_instances` and `crease_angle` decide the surface; `mapping` and `alpha` are defaults of `solve`.
         scene: The mean scatter of the whole scene, where `world` is a part of it.
+        smooth: Whether it is to solve for anything but the weighted average, which takes much less.
 
     Attributes:
         surface: What all solves share.
@@ -74,13 +76,22 @@ class VertexMapper:
     """
 
     def __init__(
-        self, world: World, samples: SampleSet, settings: BakeSettings, *, scene: SceneScatter | None = None
+        self,
+        world: World,
+        samples: SampleSet,
+        settings: BakeSettings,
+        *,
+        scene: SceneScatter | None = None,
+        smooth: bool = True,
     ) -> None:
+        self._smooth = smooth
         self._scene = scene
         self._world = world
         self._samples = samples
         self._settings = settings
-        self.surface = build_surface(world, crease_angle=settings.crease_angle, weld_instances=settings.weld_instances)
+        self.surface = build_surface(
+            world, crease_angle=settings.crease_angle, weld_instances=settings.weld_instances, smooth=smooth
+        )
         own = [np.nan if keys.alpha is None else keys.alpha for keys in world.object_keys]
         self.own_alpha = np.array(own, np.float64)[self.surface.owner]
         self._kept: tuple[Float32Array, BoolArray, FaceMoments, Equations] | None = None
@@ -131,6 +142,8 @@ class VertexMapper:
         if not np.isfinite(ao[valid]).all():
             raise SolveError("a valid sample has no finite AO", where="samples", remedy="trace the scene again")
         tell("assemble", 0.0)
+        if not self._smooth:
+            return self._averaged(ao, valid)
         moments, equations = self._equations(ao, valid)
         if (mapping or self._settings.mapping) is MappingKind.AVERAGE:
             outcome = _Outcome(equations.average, np.zeros(equations.average.shape, np.bool_))
@@ -139,6 +152,12 @@ class VertexMapper:
             outcome = self._least_squares(equations, self._settings.alpha if alpha is None else alpha, guess, tell)
         tell("done", 1.0)
         return self._field(outcome, equations.starved, moments)
+
+    def _averaged(self, ao: Float32Array, valid: BoolArray) -> VertexField:
+        moments = face_moments(self.surface, self._samples, ao, valid)
+        mass = at_corners(self.surface, moments.mass)
+        average, starved = weighted_average(self.surface, mass, right_hand_side(self.surface, moments))
+        return self._field(_Outcome(average, np.zeros(average.shape, np.bool_)), starved, moments)
 
     def _at_unknowns(self, start: Float32Array, average: Float64Array) -> Float64Array:
         """A guess at the vertices as one at the unknowns; the average where it says nothing, shape (u, k)."""
@@ -244,7 +263,8 @@ def map_to_vertices(
     """
     if on_progress is not None:
         on_progress("weld", 0.0)
-    return VertexMapper(world, samples, settings).solve(ao, valid, on_progress=on_progress)
+    smooth = settings.mapping is not MappingKind.AVERAGE
+    return VertexMapper(world, samples, settings, smooth=smooth).solve(ao, valid, on_progress=on_progress)
 
 
 def _rmse(corners: np.ndarray, values: Float64Array, moments: FaceMoments) -> tuple[float, ...]:

@@ -77,7 +77,9 @@ class Surface:
         return csr_array((data, self.indices, self.indptr), shape=(size, size), copy=False)
 
 
-def build_surface(world: World, *, crease_angle: float, weld_instances: bool, extent: float | None = None) -> Surface:
+def build_surface(
+    world: World, *, crease_angle: float, weld_instances: bool, extent: float | None = None, smooth: bool = True
+) -> Surface:
     """Welds the receiving objects' vertices and finds the edges between their faces.
 
     Args:
@@ -86,6 +88,7 @@ def build_surface(world: World, *, crease_angle: float, weld_instances: bool, ex
             more carry no regulariser.
         weld_instances: Whether coincident vertices of different objects are one unknown.
         extent: Largest coordinate of the whole scene, in metres, where `world` is a part of it.
+        smooth: Whether there are butterflies and a matrix pattern; the weighted average needs neither.
     """
     receives = np.array([role.receives_per_vertex for role in world.object_roles], np.bool_)
     faces = np.flatnonzero(receives[world.face_object])
@@ -107,9 +110,11 @@ def build_surface(world: World, *, crease_angle: float, weld_instances: bool, ex
     normals, area = face_normals(position, corners)
     normals = without_slivers(normals, area, position, corners)
     edges = find_edges(corners, normals, crease_angle, world.face_samples[faces])
-    butterflies = unfold(position, corners, edges)
-
-    indptr, indices, order = matrix_pattern(edges.ends, butterflies.stencil[:, 2:], count)
+    butterflies, pattern = _NO_BUTTERFLIES, (np.zeros(0, np.int32),) * 3
+    if smooth:
+        butterflies = unfold(position, corners, edges)
+        pattern = matrix_pattern(edges.ends, butterflies.stencil[:, 2:], count)
+    indptr, indices, order = pattern
     return Surface(
         unknown=unknown,
         referenced=referenced,
@@ -126,6 +131,16 @@ def build_surface(world: World, *, crease_angle: float, weld_instances: bool, ex
         indices=indices,
         order=order,
     )
+
+
+_NO_BUTTERFLIES = Butterflies(
+    stencil=np.zeros((0, 4), np.int32),
+    operator=np.zeros((0, 4)),
+    hinge=np.zeros(0, np.int32),
+    sides=np.zeros((0, 4), np.int32),
+    faces=np.zeros((0, 2), np.int32),
+    degenerate=0,
+)
 
 
 def matrix_pattern(edges: Int64Array, wings: Int32Array, count: int) -> tuple[Int32Array, Int32Array, Int32Array]:

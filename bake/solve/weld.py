@@ -130,9 +130,22 @@ def _split_at_creases(place: Int64Array, normals: Float64Array, crease_angle: fl
     return _merge(group, np.concatenate(left), np.concatenate(right))
 
 
+_MIXER = np.uint64(0x9E3779B97F4A7C15)  # as in splitmix64 (Steele, Lea, Flood 2014)
+
+
 def _equal_rows(rows: NDArray[np.floating[Any] | np.integer[Any]]) -> Int64Array:
     """A number for each row, equal for equal rows, shape (n,)."""
-    order = np.lexsort(rows.T)
+    words = np.ascontiguousarray(rows, np.float64) + 0.0  # -0.0 is 0.0
+    with np.errstate(over="ignore"):
+        keys = np.zeros(len(rows), np.uint64)
+        for column in words.view(np.uint64).reshape(words.shape).T:
+            keys = (keys ^ column) * _MIXER
+            keys ^= keys >> np.uint64(31)
+    _, first, number = np.unique(keys, return_index=True, return_inverse=True)
+    number = number.reshape(-1).astype(np.int64)
+    if np.array_equal(words[first[number]], words):
+        return number
+    order = np.lexsort(rows.T)  # two rows with one 64-bit key: never seen, still handled
     new = np.ones(len(rows), np.bool_)
     new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
     number = np.empty(len(rows), np.int64)

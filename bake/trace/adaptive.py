@@ -6,7 +6,9 @@ double what it has: prefixes of its own scrambled Sobol sequence, each as well s
 
 A sample's number of rays depends on what its neighbours found, never on what it found itself: stopping where one's own
 rays agree would make the mean wrong (a sample with a hit in thirty would mostly end at 1). Only the back-face rule
-looks at a sample's own rays: what lies behind a wall beyond doubt is invalid however many rays follow.
+looks at a sample's own rays: what lies behind a wall beyond doubt is invalid however many rays follow, and where the
+share of back faces is near the threshold rays go on until it is not, because a sample wrongly kept or thrown away costs
+more than all noise.
 
 With V_s(n) = V_s(8) (8/n)^(3/2), as scrambled nets behave at silhouettes (Mitchell 1996), and w_s the importance of a
 sample (bake/solve/importance.py), the fewest rays for a mean square error Σ w_s V_s(n_s) are n_s ∝ (w_s V_s)^(2/5).
@@ -22,7 +24,7 @@ import numpy as np
 
 from bake.settings import BakeSettings
 from bake.trace.base import Tracer
-from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, Progress, SampleSet, Tally
+from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array, Progress, SampleSet, Tally
 
 PILOT = 8
 """Rays that every sample sends."""
@@ -33,8 +35,8 @@ NEIGHBOURS = 16
 _LEAST_VARIANCE = 0.1  # of the scene's mean: sixteen neighbours may have missed what the sample sees
 _RATE = 1.5
 _BURIED = 3.0  # standard deviations over the back-face threshold
-_UNDECIDED = (0.02, 0.6)  # back faces among neighbours' hits where validity is open
-_UNDECIDED_RAYS = 32
+_UNDECIDED = 1.5  # standard deviations within which a sample may be valid or not
+_EXPOSED = 0.05  # share of back faces among neighbours' hits
 _HALVINGS = 16
 
 
@@ -60,12 +62,14 @@ class RayPlan:
         rays: Shape (n,), int64: the pilot's, doubled some times.
         buried: Samples behind faces beyond doubt; they send no more.
         unreachable: Samples whose neighbours' rays all went free; neither do they.
+        exposed: Samples whose neighbours see backs of faces.
         error: Shape (k,), float64: estimated root mean square error of values over the surface.
     """
 
     rays: Int64Array
     buried: BoolArray
     unreachable: BoolArray
+    exposed: BoolArray
     error: Float64Array
 
 
@@ -82,20 +86,17 @@ def plan_rays(pilot: Pilot, importance: Float64Array, settings: BakeSettings) ->
     hits, backs, threshold = pilot.hits, pilot.back_faces, settings.back_face_threshold
     buried = backs - threshold * hits > _BURIED * np.sqrt(threshold * (1.0 - threshold) * hits)
     around = _of_neighbours(np.column_stack([pilot.variance, hits, backs]))
-    variance, hits_around, backs_around = around[:, :-2], around[:, -2], around[:, -1]
-    unreachable = hits_around == 0.0
+    variance, unreachable = around[:, :-2], around[:, -2] == 0.0
+    exposed = around[:, -1] > _EXPOSED * around[:, -2]
     mean = np.maximum(pilot.variance[~buried].mean(axis=0), 1e-12) if (~buried).any() else np.ones(variance.shape[1])
     variance = np.where(unreachable[:, None], 0.0, variance + _LEAST_VARIANCE * mean)
-    share = backs_around / np.maximum(hits_around, 1e-9)
-    undecided = (share > _UNDECIDED[0]) & (share < _UNDECIDED[1]) & ~buried
     weight = np.where(buried, 0.0, importance)
     wanted = (variance / mean).mean(axis=1) * weight
     doublings = np.log2(np.maximum(wanted, 1e-300)) / (1.0 + _RATE)
     most = np.log2(settings.rays / PILOT)
-    least = np.where(undecided, min(np.log2(_UNDECIDED_RAYS / PILOT), most), 0.0)
 
     def plan(more: float) -> tuple[Float64Array, Float64Array]:
-        steps = np.clip(np.round(doublings + more), least, most)
+        steps = np.clip(np.round(doublings + more), 0.0, most)
         return steps, np.sqrt((weight * np.exp2(-_RATE * steps)) @ variance)
 
     high = most - float(doublings[wanted > 0.0].min(initial=0.0))
@@ -104,7 +105,7 @@ def plan_rays(pilot: Pilot, importance: Float64Array, settings: BakeSettings) ->
         middle = 0.5 * (low + high)
         low, high = (low, middle) if (plan(middle)[1] <= bound).all() else (middle, high)
     steps, error = plan(high)
-    return RayPlan((PILOT * np.exp2(steps)).astype(np.int64), buried, unreachable & ~buried, error)
+    return RayPlan((PILOT * np.exp2(steps)).astype(np.int64), buried, unreachable & ~buried, exposed, error)
 
 
 def trace_adaptively(
@@ -129,7 +130,12 @@ def trace_adaptively(
     runner.total = int(plan.rays.sum())
     sent = PILOT
     while sent < settings.rays:
-        yield from runner.run(np.flatnonzero(plan.rays > sent), sent, sent)
+        going = plan.rays > sent
+        going |= (plan.rays == sent) & _undecided(
+            runner.hits, runner.back_faces, plan.exposed, settings.back_face_threshold
+        )
+        plan.rays[going] = np.maximum(plan.rays[going], 2 * sent)
+        yield from runner.run(np.flatnonzero(going), sent, sent)
         sent *= 2
     ao = np.clip(runner.ao / plan.rays[:, None].astype(np.float32), 0.0, 1.0)
     counts = [values.astype(np.uint16) for values in (plan.rays, runner.hits, runner.back_faces)]
@@ -172,6 +178,12 @@ class RayPasses:
     def mean(self, rays: int) -> Float32Array:
         """Means where every sample has sent so many rays."""
         return self.ao / np.float32(rays)
+
+
+def _undecided(hits: Int32Array, back_faces: Int32Array, exposed: BoolArray, threshold: float) -> BoolArray:
+    """Samples that more rays may yet find valid or invalid, shape (n,)."""
+    doubt = _UNDECIDED * np.sqrt(threshold * (1.0 - threshold) * np.maximum(hits, 1))
+    return ((back_faces > 0) | exposed) & (threshold < 1.0) & (np.abs(back_faces - threshold * hits) < doubt)
 
 
 def _of_neighbours(values: Float64Array) -> Float64Array:
