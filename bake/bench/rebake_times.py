@@ -66,7 +66,8 @@ def measure_rebake_times(path: Path | None, options: Mapping[str, Any]) -> Measu
             rows.append(_row(session, scene, changed, name))
     notes = [
         f"{result.world.face_count:,} triangles, {result.world.vertex_count:,} vertices, "
-        f"{len(result.samples):,} samples of {settings.rays} rays; whole bake {whole:.1f} s; session made ready in {prepared:.1f} s",
+        f"{len(result.samples):,} samples of {settings.rays} rays; whole bake {whole:.1f} s; "
+        f"session made ready in {prepared:.1f} s",
         "first: until the first values are there; values: until the final ones are; all: with everything that hangs on "
         "them",
     ]
