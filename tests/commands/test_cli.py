@@ -33,7 +33,7 @@ def test_every_setting_has_an_option() -> None:
             words.append(f"--{option}=" + (":" if option == "samples-per-face" else ",").join(map(str, value)))
         elif value is not None:
             words.append(f"--{option}={value}")
-    assert len(words) >= len(dataclasses.fields(BakeSettings)) - 3  # three are not set by default
+    assert len(words) >= len(dataclasses.fields(BakeSettings)) - 4  # four are not set by default
     assert settings_of(words) == BakeSettings()
 
 
