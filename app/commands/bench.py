@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
 USAGE = (
-    "accuracy|adaptive|mapping|speed|workloads|stability|scenes|lods|trees|fog|regions|causes|explain|rebake|window "
-    "[SCENE | FOLDER …] [--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] "
+    "accuracy|adaptive|mapping|speed|workloads|stability|scenes|lods|trees|fog|regions|causes|explain|rebake|window|"
+    "edits [SCENE | FOLDER …] [--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] "
     "[--edits N] [--bound B] [--minutes X] [--largest N] [--tables NAME,…] [--share X] "
     "[--keep FOLDER] [--plots FOLDER] [--json] [settings]"
 )
@@ -39,7 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         "walk through them shows; causes: how often the cause of an injected dark spot is named "
                         "rightly; explain: error and time of explanations and counterfactuals; rebake: random "
                         "edits, each rebake held against a whole bake; window: how soon the "
-                        "window is there and answers, on a level of its own or on one scene or result")  # fmt: skip
+                        "window is there and answers, on a level of its own or on one scene or result; "
+                        "edits: how soon the window shows what an edit changes, against a whole bake")  # fmt: skip
     parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
     parser.add_argument(
         "--scale", type=float, default=1.0, help="metres in a unit of the scenes (accuracy and mapping)"
@@ -252,16 +253,32 @@ def _rebake(arguments: argparse.Namespace) -> list[Measurements]:
 
 
 def _window(arguments: argparse.Namespace) -> Iterable[Measurements]:
-    from app.commands.window import has_display
     from app.window_bench.measure import measure_window
+
+    return measure_window(_windowed(arguments), explicit_options(arguments))
+
+
+def _edits(arguments: argparse.Namespace) -> Iterable[Measurements]:
+    from app.window_bench.rebakes import measure_edits
+
+    path = _windowed(arguments)
+    if path is not None and path.is_dir():
+        raise InputError("is no scene", where=str(path), remedy="name a scene file, of which a copy is baked and edited")
+    return measure_edits(path, explicit_options(arguments))
+
+
+def _windowed(arguments: argparse.Namespace) -> Path | None:
+    """The one path to open in a window, if any is given and there is a display."""
+    from app.commands.window import has_display
 
     path = next(iter(arguments.paths), None)
     if len(arguments.paths) > 1 or (path is not None and not path.exists()):
         what = "one scene or result at a time" if len(arguments.paths) > 1 else "no such scene or result"
         raise InputError(what, where=str(arguments.paths[-1]), remedy="name one, or none for the benchmark's own level")
     if not has_display():
-        raise InputError("no display to open a window on", where="bench window", remedy="run it under xvfb-run")
-    return measure_window(path, explicit_options(arguments))
+        where = f"bench {arguments.subject}"
+        raise InputError("no display to open a window on", where=where, remedy="run it under xvfb-run")
+    return path
 
 
 def _scaled_scenes(arguments: argparse.Namespace) -> tuple[list[Path], list[float]]:
@@ -301,4 +318,5 @@ _SUBJECTS: dict[str, Callable[[argparse.Namespace], Iterable[Measurements]]] = {
     "explain": _explain,
     "rebake": _rebake,
     "window": _window,
+    "edits": _edits,
 }

@@ -68,6 +68,10 @@ class Driver:
         self._clock.stop()
         self._app.rest()
 
+    def drawn(self) -> float:
+        """Seconds of drawing so far."""
+        return self._clock.seconds
+
     def phase(self, name: str, work: Callable[[], object]) -> None:
         """Does something, and keeps its longest slices under a name."""
         self._app.begin()

@@ -42,9 +42,9 @@ def measure_window(path: Path | None, options: Mapping[str, Any]) -> Iterator[Me
     """
     with ExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="obscura-bench-")))
-        result = path if path is not None and path.is_dir() else _baked(path, options, folder)
+        result = path if path is not None and path.is_dir() else baked(path, options, folder)
         loaded = load_result(result)
-        about = _about(loaded, path)
+        about = about_result(loaded, path)
         starts = [_start(result, folder) for _ in range(_STARTS + 1)][
             1:
         ]  # the first one compiles modules and warms the disk's cache
@@ -69,7 +69,8 @@ _SLICE_NOTES = (
 )
 
 
-def _about(result: BakeResult, path: Path | None) -> str:
+def about_result(result: BakeResult, path: Path | None) -> str:
+    """What a level is, in a line; without a path it is the benchmark's own."""
     world, regions = result.world, result.regions
     name = "the benchmark's own level" if path is None else path.name
     boxes = "" if regions is None else f", {len(regions.graph):,} regions"
@@ -79,7 +80,8 @@ def _about(result: BakeResult, path: Path | None) -> str:
     )
 
 
-def _baked(path: Path | None, options: Mapping[str, Any], folder: Path) -> Path:
+def baked(path: Path | None, options: Mapping[str, Any], folder: Path) -> Path:
+    """Bakes a scene, or the benchmark's own level; returns the result's folder."""
     wanted = dict(options)
     if path is None:
         path, regions = write_large_level(folder)
