@@ -68,6 +68,8 @@ class RebakeJob:
         result: The result's folder; it is replaced.
         options: Settings by long option name that are wanted now.
         objects: Paths of the objects whose values may change; None for all.
+        faces: Triangles, numbered within their objects, shape (f,) int32, by path: values at these may change as well,
+            and if `objects` is None, at no others. None for all.
         camera: Four rows that take a point, metres from the world's origin, to the picture's homogeneous
             coordinates: what lies in the picture comes first. None for no preference.
         bound: Most AO that may be skipped for a sample.
@@ -80,6 +82,7 @@ class RebakeJob:
     result: str
     options: Mapping[str, Any]
     objects: tuple[str, ...] | None = None
+    faces: Mapping[str, Int32Array] | None = None
     camera: tuple[float, ...] | None = None
     bound: float = 1.0 / 512.0
     prepare: bool = False

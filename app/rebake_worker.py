@@ -128,7 +128,9 @@ class RebakeKeeper:
 
         yield _scene_layout(job, scene, session.result.world, ground=settings.ground is not None)
         objects = None if job.objects is None else frozenset(job.objects)
-        steps = session.rebake(scene, settings, objects=objects, first=lambda: _in_view(job, session.result.world))
+        faces = _faces_of(job, scene)
+        first = lambda: _in_view(job, session.result.world)  # noqa: E731
+        steps = session.rebake(scene, settings, objects=objects, faces=faces, first=first)
         try:
             while True:
                 step = next(steps)
@@ -159,6 +161,19 @@ def _scene_layout(job: RebakeJob, scene: Scene, before: World, *, ground: bool) 
     if ground:
         counts, paths = [*counts, 4], (*paths, before.object_paths[-1])
     return RebakeLayout(job.id, paths, np.concatenate(([0], np.cumsum(counts, dtype=np.int64))))
+
+
+def _faces_of(job: RebakeJob, scene: Scene) -> Int64Array | None:
+    """The chosen triangles as the world that the scene will be flattened to numbers them."""
+    if job.faces is None:
+        return None
+    counts = [len(scene.meshes[item.mesh].faces) for item in scene.objects]
+    begins = dict(zip((item.path for item in scene.objects), np.cumsum([0, *counts]).tolist(), strict=False))
+    sizes = dict(zip((item.path for item in scene.objects), counts, strict=True))
+    found = [
+        begins[path] + own[own < sizes[path]].astype(np.int64) for path, own in job.faces.items() if path in begins
+    ]
+    return np.sort(np.concatenate([np.zeros(0, np.int64), *found]))
 
 
 def _in_view(job: RebakeJob, world: World) -> Int64Array:

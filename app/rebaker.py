@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,7 +16,7 @@ from app.engine import Engine
 from app.engine_protocol import Job, RebakeDone, RebakeJob, RebakeLayout, RebakeValues
 from bake.errors import ObscuraError
 from bake.settings import BakeSettings
-from bake.types import BakeResult, Int64Array, Progress, VertexField, VertexState, World
+from bake.types import BakeResult, Int32Array, Int64Array, Progress, VertexField, VertexState, World
 
 NOTE = "being rebaked …"
 logger = logging.getLogger(__name__)
@@ -75,13 +75,19 @@ class Rebaker(QObject):
         return self._job > 0
 
     def request(
-        self, settings: BakeSettings, *, objects: Iterable[str] | None = None, camera: tuple[float, ...] | None = None
+        self,
+        settings: BakeSettings,
+        *,
+        objects: Iterable[str] | None = None,
+        faces: Mapping[str, Int32Array] | None = None,
+        camera: tuple[float, ...] | None = None,
     ) -> None:
         """Rebakes what is open, in place of the rebake under way.
 
         Args:
             settings: As wanted now.
             objects: Paths of the objects whose values may change; None for all.
+            faces: The same by triangles; see `RebakeJob`.
             camera: See `RebakeJob`.
         """
         document = self._document
@@ -92,7 +98,7 @@ class Rebaker(QObject):
         self._field = None  # the first values start from what is stored, not from those of a rebake that was stopped
         self._asked, self.timing = time.perf_counter(), Timing()
         self._layout = self._place = None
-        self._job = self._engine.rebake(scene, folder, settings, objects=chosen, camera=camera)
+        self._job = self._engine.rebake(scene, folder, settings, objects=chosen, faces=faces, camera=camera)
         self.began.emit()
 
     def prepare(self, settings: BakeSettings) -> None:

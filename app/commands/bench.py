@@ -263,7 +263,7 @@ def _edits(arguments: argparse.Namespace) -> Iterable[Measurements]:
 
     path = _windowed(arguments)
     if path is not None and path.is_dir():
-        raise InputError("is no scene", where=str(path), remedy="name a scene file, of which a copy is baked and edited")
+        raise InputError("is no scene", where=str(path), remedy="name a scene file; a copy of it is edited")
     return measure_edits(path, explicit_options(arguments))
 
 

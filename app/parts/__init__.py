@@ -10,6 +10,7 @@ from app.parts.decorators import DecoratorsPart
 from app.parts.edit import EditPart
 from app.parts.explain import ExplainPart
 from app.parts.export import ExportPart
+from app.parts.faces import FacesPart
 from app.parts.files import FilesPart
 from app.parts.habits import HabitsPart
 from app.parts.help import HelpPart
@@ -59,6 +60,7 @@ PARTS: tuple[type[Part], ...] = (
     WalkPart,
     RebakePart,
     LayersPart,
+    FacesPart,
     LayoutsPart,
     HabitsPart,
     HelpPart,

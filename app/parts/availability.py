@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from app.rebake_layers import layers_of
 from app.window_parts import Part
 from bake.types import Role
 from viewer.decorator_view import TreeShading
@@ -49,6 +50,10 @@ class AvailabilityPart(Part):
             "scene-file": (
                 lambda: document.world is not None and (document.current is None or not document.current.complaint),
                 "the scene's file is not there",
+            ),
+            "layer": (
+                lambda: any(layer.before is not None for layer in layers_of(bench.undo)),
+                "rebake first",
             ),
             "lods": (
                 lambda: (

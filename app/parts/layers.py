@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 
 from app.actions import Action, ActionSpec
+from app.parts.availability import AvailabilityPart
 from app.parts.comparison import ComparisonPart
 from app.parts.rebake import RebakePart
 from app.parts.results_history import ResultsHistoryPart
@@ -22,15 +23,19 @@ class LayersPart(Part):
 
     def actions(self) -> list[Action]:
         """What to do with layers."""
-        layers, chosen = "Bake/Layers", ("result", "scene-file", "selection")
+        layers, chosen = "Bake/Layers", ("result", "scene-file", "layer", "selection")
         return [
             (
-                ActionSpec("layer-compare", layers, "&Compare", "See the chosen layer and what it replaced", group=1),
+                ActionSpec(
+                    "layer-compare", layers, "&Compare", "See the chosen layer and what it replaced",
+                    group=1, needs=("layer",),
+                ),
                 self._compare,
             ),
             (
                 ActionSpec(
-                    "layer-select", layers, "Select what c&hanged", "Select what the chosen layer changed", group=1
+                    "layer-select", layers, "Select what c&hanged", "Select what the chosen layer changed",
+                    group=1, needs=("layer",),
                 ),
                 self._select_changed,
             ),
@@ -59,7 +64,6 @@ class LayersPart(Part):
         panel.add_layer_buttons(
             [bench.registry[name] for name in names], ("Compare", "Select changed", "Reject", "Keep only")
         )
-        panel.layer_chosen.connect(lambda _number: self._on_layer())
         bench.undo.indexChanged.connect(self.refresh)
         bench.document.result_changed.connect(self.refresh)
         self.refresh()
@@ -71,7 +75,7 @@ class LayersPart(Part):
     def refresh(self) -> None:
         """Lists the layers."""
         self._panel.show_layers(self._layers())
-        self._on_layer()
+        self.bench.part(AvailabilityPart).refresh()
 
     def reject(self, *, others: bool = False) -> None:
         """Gives the selected objects, or all others, what they had before the chosen layer."""
@@ -128,12 +132,6 @@ class LayersPart(Part):
         layers, chosen = self._layers(), self._panel.chosen_layer()
         found = next((layer for layer in layers if layer.number == chosen), None)
         return found or next((layer for layer in layers if layer.state == "in view"), None)
-
-    def _on_layer(self) -> None:
-        layer = self._layer()
-        why = "bake or rebake first" if layer is None else "" if layer.before is not None else "nothing was before it"
-        for name in ("layer-compare", "layer-select"):
-            self.bench.registry.enable(name, not why, why)
 
     def _compare(self) -> None:
         layer = self._layer()

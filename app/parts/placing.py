@@ -28,7 +28,7 @@ class PlacingPart(Part):
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
         self.panel = PlacePanel()
-        self.tool = MoveTool(bench.area.main, centre=self._centre, preview=self._preview, commit=self._commit)
+        self.tool = MoveTool(bench.area.main, centre=self._centre, preview=self._preview, commit=self.place_by)
         self._wanted: tuple[str, ...] = ()
 
     def docks(self) -> Sequence[DockSpec]:
@@ -218,7 +218,8 @@ class PlacingPart(Part):
         for viewport in self.bench.area.viewports:
             viewport.set_boxes(np.array(boxes).reshape(-1, 2, 3))
 
-    def _commit(self, motion: Motion) -> None:
+    def place_by(self, motion: Motion) -> None:
+        """Moves, turns and scales the selected objects about the handles' centre."""
         world, centre, items = self.bench.document.world, self._centre(), self._items()
         if world is None or centre is None:
             return

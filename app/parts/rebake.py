@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from PyQt6.QtCore import QTimer
@@ -20,7 +20,7 @@ from app.region_part import RegionsPart
 from app.stale_marks import StaleMarks
 from app.window_parts import DockSpec, Part, Side, Workbench
 from bake.settings import BakeSettings
-from bake.types import BakeResult, Progress
+from bake.types import BakeResult, Int32Array, Progress
 from viewer.boxes import object_boxes
 from viewer.picture import boxes_in_picture, picture_matrix
 
@@ -28,6 +28,8 @@ PANEL = "Rebake"
 _SLOW_MS = 1500
 """After this time a rebake is shown where a bake is."""
 _AT_ONCE = "rebake-at-once"
+
+Faces = Mapping[str, Int32Array]
 
 logger = logging.getLogger(__name__)
 
@@ -41,6 +43,7 @@ class RebakePart(Part):
         self.rebaker = Rebaker(bench.document, bench.engine, bench.window)
         self.marks = StaleMarks(bench.document, lambda: bench.area.viewports)
         self._objects: tuple[str, ...] | None = None
+        self._faces: Faces | None = None
         self._settings: BakeSettings | None = None
         self._seen: dict[str, str] = {}
         self._auto = self._own_bake = self._replaced = self._look_again = False
@@ -147,11 +150,12 @@ class RebakePart(Part):
 
     # What the user asks for
 
-    def rebake(self, objects: tuple[str, ...] | None = None) -> None:
+    def rebake(self, objects: tuple[str, ...] | None = None, *, faces: Faces | None = None) -> None:
         """Rebakes what the changes can reach.
 
         Args:
             objects: Paths of the only objects whose values may change; None for all.
+            faces: The same by triangles, numbered within their objects, by path.
         """
         settings = self.bench.panels.bake.settings()
         if settings is None or (objects is not None and not objects):
@@ -161,7 +165,7 @@ class RebakePart(Part):
         if current is not None and current.is_fresh and result is not None and result.settings == settings:
             self.bench.banner.show_message(logging.INFO, "The result is up to date.")
             return
-        self._start(settings, objects)
+        self._start(settings, objects, faces)
 
     def set_auto(self, on: bool) -> None:
         """Whether every change is followed at once."""
@@ -182,11 +186,11 @@ class RebakePart(Part):
 
     # What happens
 
-    def _start(self, settings: BakeSettings, objects: tuple[str, ...] | None) -> None:
+    def _start(self, settings: BakeSettings, objects: tuple[str, ...] | None, faces: Faces | None = None) -> None:
         document = self.bench.document
         if document.result is None or document.result_path is None or self.bench.engine.is_baking:
             return
-        self._settings, self._objects = settings, objects
+        self._settings, self._objects, self._faces = settings, objects, faces
         if not self.rebaker.is_busy:
             self._own_bake = True
             self.bench.controller.about_to_bake.emit(document.result_path)
@@ -194,7 +198,8 @@ class RebakePart(Part):
         self._slow.start()
         viewport = self.bench.area.main
         self.panel.show_state("Starting …")
-        self.rebaker.request(settings, objects=objects, camera=picture_matrix(viewport.camera, viewport.view.aspect))
+        camera = picture_matrix(viewport.camera, viewport.view.aspect)
+        self.rebaker.request(settings, objects=objects, faces=faces, camera=camera)
 
     def _on_bake(self) -> None:
         """A whole bake takes the place of a rebake."""
@@ -238,7 +243,7 @@ class RebakePart(Part):
         """Rebakes as the rebake under way does, or everything."""
         result = self.bench.document.result
         if self.rebaker.is_busy and self._settings is not None:
-            self._start(self._settings, self._objects)
+            self._start(self._settings, self._objects, self._faces)
         elif result is not None:
             self._start(self._followed_settings(result), None)
 

@@ -9,15 +9,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PyQt6.QtCore import QEvent, QPointF, Qt
+from PyQt6.QtGui import QMouseEvent
 from pytestqt.qtbot import QtBot
 
+from app.parts.faces import FacesPart
 from app.parts.placing import PlacingPart
 from app.parts.rebake import RebakePart
+from app.viewport import Viewport
 from app.window import Window
 from bake.pipeline import BakeRequest, run_bake
 from bake.results import load_result
 from bake.scene.side_file_writer import edit_side_file
 from viewer.gizmo import Motion
+from viewer.picture import picture_matrix
 
 PATIENCE_MS = 20_000
 
@@ -38,7 +43,7 @@ def _select(window: Window, qtbot: QtBot, path: str) -> None:
 
 def _move(window: Window, qtbot: QtBot, x: float) -> None:
     before = None if window.document.current is None else window.document.current.files
-    window.part(PlacingPart)._commit(Motion((x, 0.0, 0.0)))
+    window.part(PlacingPart).place_by(Motion((x, 0.0, 0.0)))
     _wait(qtbot, lambda: window.document.current is not None and window.document.current.files != before)
 
 
@@ -83,6 +88,46 @@ def test_a_moved_object_is_elsewhere_and_stale_at_once(opened: Window, qtbot: Qt
     _wait(qtbot, lambda: not _stale(opened))
     assert opened.document.world is not None
     np.testing.assert_array_equal(opened.document.world.positions, positions)
+
+
+def test_an_arrow_is_dragged(opened: Window, qtbot: QtBot) -> None:
+    """The object follows the cursor; Escape takes the drag back, letting go writes it."""
+    _select(opened, qtbot, "Crate")
+    opened.actions_by_id["frame"].trigger()
+    opened.actions_by_id["move-tool"].trigger()
+    qtbot.wait(600)
+    part, viewport = opened.part(PlacingPart), opened.area.main
+    gizmo = part.tool._gizmo()
+    assert gizmo is not None
+    assert opened.document.world is not None
+    start = _pixel(viewport, gizmo.centre + 0.9 * gizmo.size * np.array((1.0, 0.0, 0.0)))
+    end = _pixel(viewport, gizmo.centre + (0.9 * gizmo.size + 0.5) * np.array((1.0, 0.0, 0.0)))
+    before, files = _centre(opened, "Crate"), opened.document.current
+    assert part.tool.press(_mouse(start))
+    part.tool.move(_mouse(end))
+    assert part.tool.label.text().endswith("along X")
+    opened.actions_by_id["cancel"].trigger()
+    assert not part.tool.is_dragging
+    assert opened.document.current is files
+    assert part.tool.press(_mouse(start))
+    part.tool.move(_mouse(end))
+    part.tool.release(_mouse(end))
+    _wait(qtbot, lambda: _stale(opened) == {"Crate"})
+    np.testing.assert_allclose(_centre(opened, "Crate") - before, [0.5, 0.0, 0.0], atol=0.02)
+    assert not part.tool.press(_mouse(QPointF(3.0, 3.0))), "the camera's drags stay its own"
+
+
+def _pixel(viewport: Viewport, point: np.ndarray) -> QPointF:
+    matrix = np.array(picture_matrix(viewport.camera, viewport.view.aspect)).reshape(4, 4)
+    x, y, _, w = matrix @ np.append(point, 1.0)
+    return QPointF(
+        (x / w + 1.0) / 2.0 * viewport.view.width() - 0.5, (1.0 - y / w) / 2.0 * viewport.view.height() - 0.5
+    )
+
+
+def _mouse(place: QPointF) -> QMouseEvent:
+    button = Qt.MouseButton.LeftButton
+    return QMouseEvent(QEvent.Type.MouseMove, place, place, button, button, Qt.KeyboardModifier.NoModifier)
 
 
 def test_copies_come_and_go(opened: Window, qtbot: QtBot) -> None:
@@ -245,6 +290,34 @@ def test_an_older_result_is_shown_as_stale(opened: Window, qtbot: QtBot) -> None
     _settle(opened, qtbot)
     _rebake(opened, qtbot)
     _wait(qtbot, lambda: not _stale(opened))
+
+
+def test_chosen_triangles_are_rebaked_alone(opened: Window, qtbot: QtBot) -> None:
+    """A box in the view chooses what is seen in it; only values there change, the rest of the object is stale."""
+    part, document = opened.part(FacesPart), opened.document
+    _select(opened, qtbot, "Ground")
+    opened.actions_by_id["frame"].trigger()
+    qtbot.wait(500)
+    part._choose(np.array([(-0.9, -0.9), (0.1, -0.9), (0.1, 0.9), (-0.9, 0.9)]), 0)
+    _wait(qtbot, lambda: bool(part.chosen.any()))
+    world = document.world
+    assert world is not None
+    assert "Ground" in part.by_object()
+    assert not part.chosen.all()
+    seen = np.unique(world.faces[part.chosen])
+    assert document.result is not None
+    before = np.array(document.result.field.ao)
+    _select(opened, qtbot, "Crate")
+    _move(opened, qtbot, -1.0)
+    _wait(qtbot, lambda: "Crate" in _stale(opened))
+    _rebake(opened, qtbot, "rebake-faces")
+    assert document.result is not None
+    after = document.result.field.ao
+    changed = np.flatnonzero((np.abs(after - before) > 1e-6).any(axis=1))
+    assert len(changed)
+    assert set(changed) <= set(seen)
+    part.clear()
+    assert not part.by_object()
 
 
 @pytest.mark.slow
