@@ -123,7 +123,7 @@ def trace_samples(world: World, samples: SampleSet, settings: BakeSettings) -> T
 
 
 def finest_piecewise_linear(
-    world: World, settings: BakeSettings, *, rays: int = 512, per_face: int = 8
+    world: World, settings: BakeSettings, *, rays: int = 128, per_face: int = 8
 ) -> Float32Array:
     """AO at the vertices by which linear interpolation comes closest to the truth, shape (n, k): the mapping's floor.
 
@@ -131,7 +131,7 @@ def finest_piecewise_linear(
     """
     from bake.solve import map_to_vertices
 
-    fine = settings.replaced(rays=rays, samples_per_face=(per_face, 4 * per_face), alpha=0.0)
+    fine = settings.replaced(rays=rays, samples_per_face=(per_face, 2 * per_face), alpha=0.0)
     samples = place_samples(world, fine)
     tally = trace_samples(world, samples, fine)
     return map_to_vertices(world, samples, tally.ao, tally.valid(fine.back_face_threshold), fine).ao
