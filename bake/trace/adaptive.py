@@ -35,7 +35,7 @@ NEIGHBOURS = 16
 _LEAST_VARIANCE = 0.1  # of the scene's mean: sixteen neighbours may have missed what the sample sees
 _RATE = 1.5
 _BURIED = 3.0  # standard deviations over the back-face threshold
-_UNDECIDED = 1.5  # standard deviations within which a sample may be valid or not
+_UNDECIDED = 2.0  # standard deviations within which a sample may be valid or not
 _EXPOSED = 0.05  # share of back faces among neighbours' hits
 _HALVINGS = 16
 
