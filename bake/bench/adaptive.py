@@ -140,7 +140,7 @@ def _by_distance(what: str, values: Iterable[float], settings: BakeSettings) -> 
 def _count_of(error: float, curve: Mapping[int, Float64Array], column: int) -> float:
     """The fixed count of an error, interpolated between powers of two; the last where the error is below all."""
     counts = np.array([*curve], np.float64)
-    errors = np.array([values[column] for values in curve.values()])
+    errors = np.array([float(values[column]) for values in curve.values()], np.float64)
     return float(np.exp(np.interp(-np.log(error), -np.log(errors), np.log(counts))))
 
 

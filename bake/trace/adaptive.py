@@ -96,7 +96,7 @@ def plan_rays(pilot: Pilot, importance: Float64Array, settings: BakeSettings) ->
     most = np.log2(settings.rays / PILOT)
 
     def plan(more: float) -> tuple[Float64Array, Float64Array]:
-        steps = np.clip(np.round(doublings + more), 0.0, most)
+        steps: Float64Array = np.clip(np.rint(doublings + more), 0.0, most)
         return steps, np.sqrt((weight * np.exp2(-_RATE * steps)) @ variance)
 
     high = most - float(doublings[wanted > 0.0].min(initial=0.0))
