@@ -230,12 +230,20 @@ def _adopted(state: State, edit: Edit, solved: VertexField) -> VertexField:
 
 
 def changed_vertices(state: State, edit: Edit, field: VertexField) -> Int64Array:
-    """Vertices whose value is another one than the old world's, or that are new, shape (v,)."""
+    """Vertices whose value is another one than the old world's, or that are new, shape (v,).
+
+    Lower levels of detail count once they have their values, which are read off the others.
+    """
     former = edit.change.old_vertex
     known = former >= 0
     differs: BoolArray = ~known & np.isfinite(field.ao).any(axis=1)
     a, b = field.ao[known], state.result.field.ao[former[known]]
     differs[known] = ~((a == b) | (np.isnan(a) & np.isnan(b))).all(axis=1)
+    world = edit.world
+    for number, role in enumerate(world.object_roles):
+        own = slice(int(world.first_vertex[number]), int(world.first_vertex[number + 1]))
+        if role is Role.LOD and not np.isfinite(field.ao[own]).any():
+            differs[own] = False
     return np.flatnonzero(differs).astype(np.int64)
 
 

@@ -12,6 +12,9 @@ from bake.regions.probes import KnownPoints
 from bake.regions.space import RegionSpace
 from bake.types import Float32Array, Int64Array
 
+POINT_RAY = 4.4
+"""Most that one of N rays may change of a convolved coefficient, times N: 4π times the largest harmonic, over π."""
+
 
 def known_points(state: State, edit: Edit, space: RegionSpace, bound: float) -> tuple[KnownPoints | None, Float32Array]:
     """What was traced at the points of regions of the same name and box, out of the edit's reach.
@@ -44,7 +47,8 @@ def known_points(state: State, edit: Edit, space: RegionSpace, bound: float) -> 
     if kept is not None and len(kept.points):
         before = np.where(former >= 0, kept.points[known], np.float32(0.0))
     skipped = (before + found.bound).astype(np.float32)
-    wanted = (former < 0) | (found.touched if bound <= 0.0 else found.noisy | (skipped > bound))
+    counts = found.single * np.float32(POINT_RAY / settings.region_directions) > 2.0 * bound
+    wanted = (former < 0) | (found.touched if bound <= 0.0 else counts | (skipped > bound))
     skipped[wanted] = 0.0
     if not len(regions.points.traced):
         return None, skipped

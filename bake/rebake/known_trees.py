@@ -19,6 +19,10 @@ SPHERE_SCALE = 3.5
 """Most by which a harmonic's coefficient changes where the open share of a cosine-weighted view changes by one."""
 
 
+VOXEL_RAY = 13.8
+"""Most that one of N rays may change of a coefficient, times N: 4π times the largest harmonic."""
+
+
 class KnownTrees:
     """What a rebake need not find again; see `bake.decorators.trees.TreesKnown`.
 
@@ -72,7 +76,8 @@ class KnownTrees:
         kept = self._state.result.skipped
         before = np.zeros(len(old.voxel), np.float32) if kept is None or not len(kept.voxels) else kept.voxels
         skipped = np.where(former >= 0, before[known], np.float32(0.0)) + np.float32(SPHERE_SCALE) * found.bound
-        wanted = (former < 0) | (found.touched if self._bound <= 0.0 else found.noisy | (skipped > self._bound))
+        counts = found.single * np.float32(VOXEL_RAY / settings.volume_directions) > 2.0 * self._bound
+        wanted = (former < 0) | (found.touched if self._bound <= 0.0 else counts | (skipped > self._bound))
         skipped[wanted] = 0.0
         self.skipped_voxels, self._former, self._grid = skipped.astype(np.float32), former, grid
         self.traced_voxels = int(np.count_nonzero(wanted))

@@ -111,12 +111,17 @@ class Reached:
     Attributes:
         bound: Shape (n,), float32, in AO: of the mean over all directions.
         noisy: Shape (n,), bool: with the noise of few rays it may be more than `noise_limit`.
-        touched: Shape (n,), bool: something that changed may be struck from there at all.
+        single: Shape (n,), float32, in [0, 1]: how much a ray that strikes what changed may change; 0 where none can.
     """
 
     bound: Float32Array
     noisy: BoolArray
-    touched: BoolArray
+    single: Float32Array
+
+    @property
+    def touched(self) -> BoolArray:
+        """Points from which something that changed may be struck at all, shape (n,)."""
+        return self.single > 0.0
 
 
 def reach(
@@ -132,38 +137,38 @@ def reach(
         near: Bounds above it are refined point by point; blocks below keep the bound of their nearest point.
         noise_limit: See `Reached.noisy`.
     """
-    before, near_before = _side(places, casters.before, settings, near)
-    after, near_after = _side(places, casters.after, settings, near)
+    before, single_before = _side(places, casters.before, settings, near)
+    after, single_after = _side(places, casters.after, settings, near)
     bound = np.maximum(before, after)
     noisy = bound + np.float32(0.25) * np.sqrt(bound / np.float32(rays)) > np.float32(noise_limit)
-    return Reached(bound, noisy, near_before | near_after)
+    return Reached(bound, noisy, np.maximum(single_before, single_after))
 
 
-def _side(places: Places, parts: Parts, settings: BakeSettings, near: float) -> tuple[Float32Array, BoolArray]:
-    total = np.zeros(len(places), np.float32)
-    touched = np.zeros(len(places), np.bool_)
+def _side(places: Places, parts: Parts, settings: BakeSettings, near: float) -> tuple[Float32Array, Float32Array]:
+    """The bound, and how much one ray may change, of all spheres of one world; shape (n,) each."""
+    total, single = np.zeros(len(places), np.float32), np.zeros(len(places), np.float32)
+    sizes = np.full(len(places.radius), BLOCK)
+    if len(sizes):
+        sizes[-1] = len(places) - BLOCK * (len(sizes) - 1)
     for centre, radius in zip(parts.centre, parts.radius, strict=True):
         wide = float(radius) * (1.0 + 1e-5) + places.lift + 1e-6
         away = np.linalg.norm(places.centre - centre, axis=1) - places.radius
-        whole = _bound(np.maximum(away, 0.0), wide, settings)
+        whole, one = _bound(np.maximum(away, 0.0), wide, settings)
         rest = whole <= near
-        sizes = np.full(len(whole), BLOCK)
-        if len(sizes):
-            sizes[-1] = len(places) - BLOCK * (len(whole) - 1)
         total += np.repeat(np.where(rest, whole, 0.0).astype(np.float32), sizes)
-        touched |= np.repeat(rest & (whole > 0.0), sizes)
+        np.maximum(single, np.repeat(np.where(rest, one, 0.0).astype(np.float32), sizes), out=single)
         rows = _rows_of(np.flatnonzero(~rest), len(places))
         for begin in range(0, len(rows), _CHUNK):
             part = rows[begin : begin + _CHUNK]
             offset = places.points[part] - centre.astype(np.float32)
             squared = np.einsum("ij,ij->i", offset, offset)
-            bound = _bound(np.sqrt(squared, dtype=np.float64), wide, settings).astype(np.float32)
+            bound, one = _bound(np.sqrt(squared, dtype=np.float64), wide, settings)
             if places.normals is not None:
-                height = np.einsum("ij,ij->i", offset, places.normals[part])
-                bound[height > np.float32(wide)] = 0.0  # all of it lies below the face
-            total[part] += bound
-            touched[part] |= bound > 0.0
-    return total, touched
+                below = np.einsum("ij,ij->i", offset, places.normals[part]) > np.float32(wide)
+                bound[below] = one[below] = 0.0  # all of it lies below the face
+            total[part] += bound.astype(np.float32)
+            single[part] = np.maximum(single[part], one.astype(np.float32))
+    return total, single
 
 
 def _rows_of(blocks: Int64Array, count: int) -> Int64Array:
@@ -171,10 +176,11 @@ def _rows_of(blocks: Int64Array, count: int) -> Int64Array:
     return rows[rows < count]
 
 
-def _bound(distance: Float64Array, radius: float, settings: BakeSettings) -> Float64Array:
-    """The bound for a sphere at some distances from its centre, shape (n,), in AO."""
+def _bound(distance: Float64Array, radius: float, settings: BakeSettings) -> tuple[Float64Array, Float64Array]:
+    """For a sphere at some distances from its centre: the bound, in AO, and what one ray may change, shape (n,)."""
     gap = np.maximum(distance - radius, 0.0)
-    share = np.minimum(1.0, np.square(radius / np.maximum(distance, radius)))
+    one = np.ones(len(gap))
     if settings.kernel is Kernel.OBSCURANCE:
-        share *= np.exp2(-gap / max(settings.distances))
-    return np.where(gap <= settings.trace_distance * (1.0 + 1e-5), share, 0.0)
+        one = np.exp2(-gap / max(settings.distances))
+    one = np.where(gap <= settings.trace_distance * (1.0 + 1e-5), one, 0.0)
+    return one * np.minimum(1.0, np.square(radius / np.maximum(distance, radius))), one
