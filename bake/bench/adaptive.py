@@ -8,6 +8,7 @@ What linear interpolation cannot represent is no part of the error, since it is 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -140,8 +141,8 @@ def _by_distance(what: str, values: Iterable[float], settings: BakeSettings) -> 
 def _count_of(error: float, curve: Mapping[int, Float64Array], column: int) -> float:
     """The fixed count of an error, interpolated between powers of two; the last where the error is below all."""
     counts = np.array([*curve], np.float64)
-    errors = np.array([float(values[column]) for values in curve.values()], np.float64)
-    return float(np.exp(np.interp(-np.log(error), -np.log(errors), np.log(counts))))
+    errors: Float64Array = np.array([float(values[column]) for values in curve.values()], np.float64)
+    return float(np.exp(np.interp(-math.log(error), -np.log(errors), np.log(counts))))
 
 
 def _prefixes(tracer: Tracer, samples: SampleSet, settings: BakeSettings) -> Generator[tuple[int, Tally]]:
