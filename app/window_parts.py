@@ -133,5 +133,9 @@ class Part:
     def connect(self) -> None:
         """Starts to listen and to talk; docks, menus and the actions of all parts exist."""
 
+    def escape(self) -> bool:
+        """Stops what the Escape key stops, if there is anything; then nobody else hears of the key."""
+        return False
+
     def close(self) -> None:
         """Ends what it has running; views and document are still there."""

@@ -73,7 +73,7 @@ class BakingPart(Part):
     def _escape(self) -> None:
         if self.bench.engine.is_baking:
             self.bench.controller.cancel()
-        else:
+        elif not any(part.escape() for part in self.bench.parts):
             self.bench.readouts.click(None)
 
     def _keep_threshold(self, threshold: float) -> None:

@@ -65,7 +65,12 @@ class FacesPart(Part):
         document = self.bench.document
         document.world_changed.connect(self.clear)
         document.geometry_changed.connect(self._draw)
-        self.bench.registry["cancel"].triggered.connect(lambda: self.switch(None))
+
+    def escape(self) -> bool:
+        """Puts the tool away."""
+        was_out = self.tool.outline is not None
+        self.switch(None)
+        return was_out
 
     def switch(self, outline: Outline | None) -> None:
         """Takes a tool out; None puts it away."""

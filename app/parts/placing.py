@@ -78,7 +78,6 @@ class PlacingPart(Part):
         document.geometry_changed.connect(self.tool.draw)
         document.selection_changed.connect(self._on_selection)
         document.world_changed.connect(self._select_wanted)
-        registry["cancel"].triggered.connect(self._on_cancel)
         self.bench.docks[PANEL].visibilityChanged.connect(self._on_panel)
         self.refresh()
 
@@ -181,12 +180,16 @@ class PlacingPart(Part):
         if self.tool.is_dragging:
             self.tool.give_up()
 
-    def _on_cancel(self) -> None:
+    def escape(self) -> bool:
+        """Takes a drag back, or puts the handles away."""
         if self.tool.is_dragging:
             self.tool.give_up()
-        elif self.tool.is_on:
+            return True
+        if self.tool.is_on:
             self.bench.registry[_MOVE].setChecked(False)
             self._switch(False)
+            return True
+        return False
 
     def _centre(self) -> Float64Array | None:
         """Where the handles belong: at the one object's own origin if it lies inside its box, else in the middle."""

@@ -126,7 +126,6 @@ class RebakePart(Part):
         self.rebaker.done.connect(self._on_done)
         self.rebaker.ended.connect(lambda _replaced: self._on_stopped())
         bench.progress.cancel_requested.connect(self.rebaker.cancel)
-        registry["cancel"].triggered.connect(self.rebaker.cancel)
         bench.controller.about_to_bake.connect(lambda _path: self._on_bake())
         bench.engine.bake_finished.connect(self._on_baked)
         bench.part(ResultsHistoryPart).about_to_put.connect(self.rebaker.cancel)
@@ -142,6 +141,12 @@ class RebakePart(Part):
         bench.panels.bake.form.changed.connect(self._on_form)
         registry["stale-marks"].setChecked(True)
         self.refresh()
+
+    def escape(self) -> bool:
+        """Stops the rebake under way."""
+        was_busy = self.rebaker.is_busy
+        self.rebaker.cancel()
+        return was_busy
 
     def close(self) -> None:
         """Stops what runs."""
