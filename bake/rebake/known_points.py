@@ -41,7 +41,7 @@ def known_points(state: State, edit: Edit, space: RegionSpace, bound: float) -> 
     known = np.maximum(former, 0)
     places = Places.of(grid_positions(space.graph).astype(np.float32)[traced])
     settings = edit.settings
-    found = reach(places, edit.casters, settings, rays=settings.region_directions, near=bound / 8.0, noise_limit=bound)
+    found = reach(places, edit.casters, settings, near=bound / 8.0)
     kept = state.result.skipped
     before = np.zeros(len(traced), np.float32)
     if kept is not None and len(kept.points):

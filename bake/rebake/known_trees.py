@@ -65,14 +65,7 @@ class KnownTrees:
         known = np.maximum(former, 0)
         places = Places.of(grid.positions.astype(np.float32))
         settings = self._edit.settings
-        found = reach(
-            places,
-            self._edit.casters,
-            settings,
-            rays=settings.volume_directions,
-            near=self._bound / 8.0,
-            noise_limit=self._bound,
-        )
+        found = reach(places, self._edit.casters, settings, near=self._bound / 8.0)
         kept = self._state.result.skipped
         before = np.zeros(len(old.voxel), np.float32) if kept is None or not len(kept.voxels) else kept.voxels
         skipped = np.where(former >= 0, before[known], np.float32(0.0)) + np.float32(SPHERE_SCALE) * found.bound
@@ -172,9 +165,7 @@ class KnownTrees:
         middle = (0.5 * (low + high)).astype(np.float32)
         places = Places.of(middle, lift=float(half.max(initial=0.0)))
         settings = self._edit.settings
-        found = reach(
-            places, self._edit.casters, settings, rays=settings.rays, near=self._bound / 8.0, noise_limit=self._bound
-        )
+        found = reach(places, self._edit.casters, settings, near=self._bound / 8.0)
         return found.touched, found.bound
 
     def _skipped_before(self, row: int) -> float:

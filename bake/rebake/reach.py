@@ -4,10 +4,10 @@ A sphere of radius R at distance r fills at most (R/r)² of a cosine-weighted he
 that it newly stops or no longer stops changes by at most 2^(-t/D), with t at least r - R. What is gone can only open,
 what is new can only close: the larger of the two bounds holds for both together.
 
-That is the bound of the mean over all directions. A bake sends a few rays, of which now and then one more than this
-strikes. What that does is told apart, as a quarter of the share's standard error, for a vertex averages over sixteen
-samples and more; it is independent from edit to edit and does not add up. With the bound at 0 nothing is left to
-chance: whatever may be struck at all is looked at.
+That is the bound of the mean over all directions. A bake sends a few rays, of which now and then one strikes what lies
+far away, and changes the sample by one ray's share. The mean hardly notices, but where a vertex hangs on one or two
+samples the fit makes several times as much of it. So points are told apart by what one ray may do, too. With the bound
+at 0 nothing is left to chance: whatever may be struck at all is looked at.
 """
 
 from __future__ import annotations
@@ -110,12 +110,10 @@ class Reached:
 
     Attributes:
         bound: Shape (n,), float32, in AO: of the mean over all directions.
-        noisy: Shape (n,), bool: with the noise of few rays it may be more than `noise_limit`.
         single: Shape (n,), float32, in [0, 1]: how much a ray that strikes what changed may change; 0 where none can.
     """
 
     bound: Float32Array
-    noisy: BoolArray
     single: Float32Array
 
     @property
@@ -125,7 +123,7 @@ class Reached:
 
 
 def reach(
-    places: Places, casters: Casters, settings: BakeSettings, *, rays: int, near: float, noise_limit: float
+    places: Places, casters: Casters, settings: BakeSettings, *, near: float, near_single: float = 1.0
 ) -> Reached:
     """Bounds at points.
 
@@ -133,18 +131,17 @@ def reach(
         places: The points.
         casters: What changed.
         settings: Kernel and distances.
-        rays: Rays from each point.
-        near: Bounds above it are refined point by point; blocks below keep the bound of their nearest point.
-        noise_limit: See `Reached.noisy`.
+        near, near_single: Blocks with a larger bound, or where a ray may do more, are refined point by point; the
+            others keep what their nearest point may have.
     """
-    before, single_before = _side(places, casters.before, settings, near)
-    after, single_after = _side(places, casters.after, settings, near)
-    bound = np.maximum(before, after)
-    noisy = bound + np.float32(0.25) * np.sqrt(bound / np.float32(rays)) > np.float32(noise_limit)
-    return Reached(bound, noisy, np.maximum(single_before, single_after))
+    before, single_before = _side(places, casters.before, settings, near, near_single)
+    after, single_after = _side(places, casters.after, settings, near, near_single)
+    return Reached(np.maximum(before, after), np.maximum(single_before, single_after))
 
 
-def _side(places: Places, parts: Parts, settings: BakeSettings, near: float) -> tuple[Float32Array, Float32Array]:
+def _side(
+    places: Places, parts: Parts, settings: BakeSettings, near: float, near_single: float
+) -> tuple[Float32Array, Float32Array]:
     """The bound, and how much one ray may change, of all spheres of one world; shape (n,) each."""
     total, single = np.zeros(len(places), np.float32), np.zeros(len(places), np.float32)
     sizes = np.full(len(places.radius), BLOCK)
@@ -154,7 +151,7 @@ def _side(places: Places, parts: Parts, settings: BakeSettings, near: float) -> 
         wide = float(radius) * (1.0 + 1e-5) + places.lift + 1e-6
         away = np.linalg.norm(places.centre - centre, axis=1) - places.radius
         whole, one = _bound(np.maximum(away, 0.0), wide, settings)
-        rest = whole <= near
+        rest = (whole <= near) & (one <= near_single)
         total += np.repeat(np.where(rest, whole, 0.0).astype(np.float32), sizes)
         np.maximum(single, np.repeat(np.where(rest, one, 0.0).astype(np.float32), sizes), out=single)
         rows = _rows_of(np.flatnonzero(~rest), len(places))

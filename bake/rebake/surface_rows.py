@@ -17,6 +17,9 @@ from bake.types import Float32Array, Int64Array, SampleSet, Tally
 CHECKED = 1.0 / 2.0
 """Share of the bound above which a sample is looked at; what is below adds up until it exceeds the bound."""
 
+ONE_RAY = 1.0 / 4.0
+"""Share of the bound that one ray may do at a sample that is not looked at."""
+
 
 @dataclass(frozen=True, slots=True)
 class SurfaceRows:
@@ -63,8 +66,10 @@ def plan_rows(state: State, edit: Edit, samples: SampleSet, where: RowMap, place
         left = np.array([path in set(result.stale) for path in world.object_paths], np.bool_)
         whole |= left[world.face_object[samples.face]]
     skipped = where.carried(state.skipped)
-    found = reach(places, edit.casters, settings, rays=settings.rays, near=CHECKED * bound, noise_limit=bound)
-    check = found.touched if bound <= 0.0 else (found.bound > np.float32(CHECKED * bound)) | found.noisy
+    one_ray = ONE_RAY * bound * settings.rays
+    found = reach(places, edit.casters, settings, near=CHECKED * bound, near_single=one_ray)
+    counts = found.single > np.float32(one_ray)
+    check = found.touched if bound <= 0.0 else (found.bound > np.float32(CHECKED * bound)) | counts
     if bound > 0.0 and len(edit.casters):
         check = check | (found.touched & marginal(tally, settings.back_face_threshold, settings.rays))
     check = check & ~whole
@@ -73,7 +78,7 @@ def plan_rows(state: State, edit: Edit, samples: SampleSet, where: RowMap, place
     untouched = where.carried(anchor.untouched) & ~check & ~whole
     before = where.carried(anchor.skipped)
     if bound > 0.0 and state.anchor is not None:
-        net = reach(places, _since(anchor, edit), settings, rays=settings.rays, near=CHECKED * bound, noise_limit=bound)
+        net = reach(places, _since(anchor, edit), settings, near=CHECKED * bound)
         skipped = np.where(untouched, np.minimum(skipped, before + net.bound), skipped)
     whole |= ~check & (skipped > np.float32(bound))
     stale = np.zeros(0, np.int64)

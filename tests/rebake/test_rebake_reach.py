@@ -40,7 +40,7 @@ def test_no_sphere_does_more_than_the_bound(
     bake = BakeSettings(distances=(distance,))
     centre = np.array(place)
     places = Places.of(np.zeros((1, 3), np.float32), np.array([[0.0, 1.0, 0.0]], np.float32))
-    found = reach(places, Casters(NONE, parts_of(centre, radius)), bake, rays=64, near=0.0, noise_limit=0.0)
+    found = reach(places, Casters(NONE, parts_of(centre, radius)), bake, near=0.0)
     random = np.random.default_rng(seed)
     u, v = random.random((2, 20000))
     direction = np.column_stack(
@@ -65,8 +65,8 @@ def test_blocks_give_no_less_than_points() -> None:
     points = random.uniform(-40.0, 40.0, (3000, 3)).astype(np.float32)
     casters = Casters(NONE, parts_of(np.array([1.0, 2.0, 3.0]), 0.7))
     places = Places.of(points)
-    exact = reach(places, casters, bake, rays=64, near=0.0, noise_limit=1.0)
-    coarse = reach(places, casters, bake, rays=64, near=0.01, noise_limit=1.0)
+    exact = reach(places, casters, bake, near=0.0)
+    coarse = reach(places, casters, bake, near=0.01)
     assert (coarse.bound >= exact.bound - 1e-7).all()
     assert np.allclose(coarse.bound[exact.bound > 0.02], exact.bound[exact.bound > 0.02])
 
