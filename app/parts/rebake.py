@@ -196,15 +196,15 @@ class RebakePart(Part):
         if document.result is None or document.result_path is None or self.bench.engine.is_baking:
             return
         self._settings, self._objects, self._faces = settings, objects, faces
-        if not self.rebaker.is_busy:
+        was_busy, viewport = self.rebaker.is_busy, self.bench.area.main
+        camera = picture_matrix(viewport.camera, viewport.view.aspect)
+        self.rebaker.request(settings, objects=objects, faces=faces, camera=camera)
+        if not was_busy:  # what is stored is kept while the engine is at work already
             self._own_bake = True
             self.bench.controller.about_to_bake.emit(document.result_path)
             self._own_bake = False
         self._slow.start()
-        viewport = self.bench.area.main
         self.panel.show_state("Starting …")
-        camera = picture_matrix(viewport.camera, viewport.view.aspect)
-        self.rebaker.request(settings, objects=objects, faces=faces, camera=camera)
 
     def _on_bake(self) -> None:
         """A whole bake takes the place of a rebake."""

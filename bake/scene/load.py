@@ -12,7 +12,7 @@ import numpy as np
 
 from bake.errors import SceneError
 from bake.scene.copies import with_copies
-from bake.scene.files import FileLedger
+from bake.scene.files import FileLedger, hash_files
 from bake.scene.gltf import parse_gltf
 from bake.scene.obj import parse_obj
 from bake.scene.parsed import ParsedFile
@@ -62,7 +62,8 @@ class SceneReader:
     """Reads one scene again and again. What lies in the scene's own files is parsed anew only if one of them changed.
 
     So a scene of which only the side file changed is there at once, and its meshes and materials are the very objects
-    of the scene read before. Several threads may use it.
+    of the scene read before; one of which no file at all changed is the very scene read before. Several threads may use
+    it.
 
     Args:
         path: As for `load_scene`.
@@ -72,6 +73,7 @@ class SceneReader:
         self.path = Path(path)
         self._parsed: tuple[ParsedFile, dict[str, str], dict[str, _Stamp], float] | None = None
         self._checks = MeshChecks()
+        self._last: Scene | None = None
         self._lock = threading.Lock()
 
     def read(self, *, crease_angle: float = 40.0) -> Scene:
@@ -95,14 +97,18 @@ class SceneReader:
             if angle == crease_angle and stamps == _stamps(ledger.folder, stamps):
                 ledger.remember(seen)
                 return parsed
-        self._parsed, self._checks = None, MeshChecks()
+        self._parsed, self._checks, self._last = None, MeshChecks(), None
         parsed = parser(ledger, crease_angle=crease_angle)
         seen = dict(ledger.seen)
-        self._parsed = (parsed, seen, _stamps(ledger.folder, seen), crease_angle)
+        stamps = _stamps(ledger.folder, seen)
+        if dict(hash_files(self.path, seen)) == seen:  # else somebody writes just now, and the stamps are too new
+            self._parsed = (parsed, seen, stamps, crease_angle)
         return parsed
 
     def _finished(self, parsed: ParsedFile, ledger: FileLedger) -> Scene:
         side_file = read_side_file(ledger)
+        if self._parsed is not None and self._last is not None and self._last.files == ledger.seen:
+            return self._last
         if not parsed.placements:
             raise SceneError("the scene has no triangles", where=str(ledger.scene), remedy="export it with its meshes")
         placements = with_copies(parsed.placements, side_file.copies, str(ledger.folder / side_file.name))
@@ -120,7 +126,8 @@ class SceneReader:
         )
         problems = find_problems(scene, self._checks)
         log.info("%s: %d objects, %d meshes", ledger.scene.name, len(objects), len(parsed.meshes))
-        return replace(scene, findings=(*scene.findings, *problems))
+        self._last = replace(scene, findings=(*scene.findings, *problems))
+        return self._last
 
 
 _Stamp = tuple[int, int, int] | None
