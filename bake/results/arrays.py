@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import io
 import re
+import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +23,9 @@ from bake.results.storage import sync
 
 _DIGITS = 16
 _CHUNK_BYTES = 1 << 24
+_PARSING = threading.Lock()
+"""Held while a file's header is parsed: Python 3.11 counts the depth of `ast` for all threads together, and raises a
+SystemError where two of them parse at once."""
 FILE_NAME = re.compile(rf"[a-z_]+-[0-9a-f]{{{_DIGITS}}}\.npy")
 
 
@@ -207,7 +211,8 @@ def read_array(folder: Path, spec: ArraySpec, stored: StoredArray, *, verify: bo
         if verify and file_sha256(path) != stored.sha256:
             raise ResultError("content differs from what the manifest recorded", where=str(path), remedy=_REMEDY)
         empty = 0 in stored.shape  # nothing there that could be mapped
-        array: NDArray[Any] = np.load(path, mmap_mode=None if empty else "r", allow_pickle=False)
+        with _PARSING:
+            array: NDArray[Any] = np.load(path, mmap_mode=None if empty else "r", allow_pickle=False)
     except FileNotFoundError:
         raise
     except (OSError, ValueError, EOFError) as error:
