@@ -42,12 +42,9 @@ def rebake_errors(rebaked: BakeResult, whole: BakeResult) -> dict[str, RebakeErr
         if one is not None or other is not None:
             found[name] = _either(one, other, "ao")
     if rebaked.regions is not None or whole.regions is not None:
-        points, models = (
-            (None if result.regions is None else result.regions.points for result in (rebaked, whole)),
-            (None if result.regions is None else result.regions.regularised for result in (rebaked, whole)),
-        )
-        found["points"] = _either(*points, "sh")
-        found["regions"] = _either(*models, "coefficients")
+        one, other = rebaked.regions, whole.regions
+        found["points"] = _either(one and one.points, other and other.points, "sh")
+        found["regions"] = _either(one and one.regularised, other and other.regularised, "coefficients")
     return found
 
 

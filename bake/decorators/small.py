@@ -94,11 +94,12 @@ def bake_small(
     for role in (Role.SHRUB, Role.SMALL):
         own = np.array([world.object_roles[number] is role for number in objects.tolist()], np.bool_)
         made[role] = SmallScalars(objects[own], ao[own], found[own]) if own.any() else None
-        findings += _lost(world, objects[own & ~found], role)
+        findings += lost_findings(world, objects[own & ~found], role)
     return SmallBake(made[Role.SHRUB], made[Role.SMALL], tuple(findings), traced)
 
 
-def _lost(world: World, objects: Int32Array, role: Role) -> list[Finding]:
+def lost_findings(world: World, objects: Int32Array, role: Role) -> list[Finding]:
+    """What to tell of decorators of one role, shape (d,), that found no surface."""
     if not len(objects):
         return []
     more = f" It is the first of {len(objects)} such objects of role {role}." if len(objects) > 1 else ""

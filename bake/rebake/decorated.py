@@ -8,26 +8,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bake.decorator_types import SmallScalars, TreeFits
-from bake.decorators.resampling import Resampling, resample_surfaces
+from bake.decorator_types import TreeFits
 from bake.decorators.trees import BakedTrees, bake_trees
 from bake.devices import Device
-from bake.pipeline import lent_stages, open_tracer
+from bake.pipeline import lent_stages
 from bake.rebake.known_points import known_points
 from bake.rebake.known_trees import KnownTrees
-from bake.rebake.setting_changes import REGIONS, SAMPLES, SMALL, SOLVE, SPACE, TREES
+from bake.rebake.setting_changes import REGIONS, SAMPLES, SOLVE, SPACE, TREES
 from bake.rebake.state import Edit, State
 from bake.region_types import PointState
 from bake.regions.model_findings import KINDS
 from bake.regions.probes import judged
 from bake.regions.region_stage import RegionOutcome, bake_regions, find_regions, model_regions
 from bake.regions.space import RegionSpace
-from bake.samples import place_samples
-from bake.scene import samplable_faces
-from bake.solve import map_to_vertices
 from bake.stages import StageClock
 from bake.trace import Tracer
-from bake.types import BakeResult, Finding, Float32Array, Int64Array, Progress, Role, VertexField
+from bake.types import BakeResult, Finding, Float32Array, Progress, Role
 
 TREE_FINDINGS = frozenset({"tree-volume-coarsened", "tree-volume-buried", "local-ao-refined"})
 SMALL_FINDINGS = frozenset({"no-surface-around", "far-from-finest-level"})
@@ -130,42 +126,6 @@ def rebaked_regions(
     return RebakedRegions(RegionOutcome(regions, _findings(before, SPACE_FINDINGS | MODEL_FINDINGS)), skipped)
 
 
-def rebaked_around(
-    state: State, edit: Edit, solved: VertexField, *, changed: bool, device: Device, clock: StageClock
-) -> Generator[Progress, None, Resampling]:
-    """Small decorators and lower levels of detail: read anew if any value changed; else carried."""
-    before, decorators = state.result, state.result.decorators
-    roles = (Role.SMALL, Role.SHRUB, Role.LOD)
-    asked = edit.settings_change.any_of(SMALL, SOLVE, SAMPLES)
-    if not changed and not asked and not any(_differ(state, edit, role, rays=False) for role in roles):
-        for name in ("decorators", "lods"):
-            clock.skipped(name, _NOT_REACHED)
-        return Resampling(
-            _with_levels(state, edit, solved),
-            _small(edit, None if decorators is None else decorators.shrub_scalars),
-            _small(edit, None if decorators is None else decorators.small_scalars),
-            (*_findings(before, SMALL_FINDINGS), *_filled_levels(state)),
-        )
-    return (
-        yield from resample_surfaces(
-            edit.world,
-            solved,
-            edit.settings,
-            clock,
-            caster=lambda baked: open_tracer(baked, edit.settings, device),
-            sampler=place_samples,
-            mapper=map_to_vertices,
-            samplable=samplable_faces,
-        )
-    )
-
-
-def _small(edit: Edit, scalars: SmallScalars | None) -> SmallScalars | None:
-    if scalars is None:
-        return None
-    return dataclasses.replace(scalars, object=edit.change.new_object[scalars.object].astype(np.int32))
-
-
 def _differ(state: State, edit: Edit, role: Role, *, rays: bool = True) -> bool:
     """Whether the objects of a role are others than before, or anything is for rays."""
 
@@ -212,28 +172,4 @@ def _findings(result: BakeResult, kinds: frozenset[str]) -> tuple[Finding, ...]:
     return tuple(item for item in result.findings if item.what in kinds)
 
 
-def _levels(state: State) -> set[str]:
-    world = state.result.world
-    return {path for path, role in zip(world.object_paths, world.object_roles, strict=True) if role is Role.LOD}
-
-
-def _filled_levels(state: State) -> tuple[Finding, ...]:
-    levels = _levels(state)
-    return tuple(item for item in state.result.findings if item.what == "filled-vertices" and item.object in levels)
-
-
-def _with_levels(state: State, edit: Edit, solved: VertexField) -> VertexField:
-    """The field with the lower levels of detail as they were."""
-    if Role.LOD not in edit.world.object_roles:
-        return solved
-    ao, state_of = solved.ao.copy(), solved.state.copy()
-    for number, role in enumerate(edit.world.object_roles):
-        if role is Role.LOD:
-            own: Int64Array = np.arange(int(edit.world.first_vertex[number]), int(edit.world.first_vertex[number + 1]))
-            former = edit.change.old_vertex[own]
-            ao[own] = state.result.field.ao[former]
-            state_of[own] = state.result.field.state[former]
-    return VertexField(ao, state_of, solved.report)
-
-
-__all__ = ["rebaked_around", "rebaked_regions", "rebaked_trees"]
+__all__ = ["RebakedRegions", "rebaked_regions", "rebaked_trees"]

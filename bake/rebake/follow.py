@@ -11,8 +11,9 @@ import numpy as np
 from bake.devices import Device
 from bake.errors import SceneError
 from bake.pipeline import any_decorators, bake_findings, occluders, open_tracer, versions
+from bake.rebake.around import rebaked_around
 from bake.rebake.changes import changed_objects
-from bake.rebake.decorated import rebaked_around, rebaked_regions, rebaked_trees
+from bake.rebake.decorated import rebaked_regions, rebaked_trees
 from bake.rebake.reach import Places
 from bake.rebake.rows import samples_after
 from bake.rebake.setting_changes import SAMPLES, SOLVE
@@ -83,7 +84,7 @@ def follow(
         yield Partial(shown, field.ao[shown], rays.rays_traced, rays.rays_traced, final=True)
         trees, known_trees = yield from rebaked_trees(state, edit, tracer, device, clock, bound=bound)
         regions = yield from rebaked_regions(state, edit, tracer, clock, bound=bound)
-        around = yield from rebaked_around(state, edit, field, changed=len(shown) > 0, device=device, clock=clock)
+        around = yield from rebaked_around(state, edit, field, shown, device=device, clock=clock)
     except BaseException:
         for mine in (tracer, old):
             if mine is not None and mine is not kept:

@@ -13,7 +13,7 @@ from bake.decorators.volume import KnownVoxels, tree_boxes
 from bake.decorators.volume_grid import VoxelGrid, cell_of, find
 from bake.rebake.reach import Places, reach
 from bake.rebake.state import Edit, State
-from bake.types import BoolArray, Float32Array, Float64Array, Int64Array
+from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SceneObject
 
 SPHERE_SCALE = 3.5
 """Most by which a harmonic's coefficient changes where the open share of a cosine-weighted view changes by one."""
@@ -43,7 +43,7 @@ class KnownTrees:
         self._volume: TreeVolume = decorators.volume
         self._models: tuple[TreeModel, ...] = decorators.models
         self._fits: TreeFits = decorators.fits
-        objects = self._fits.object.tolist()
+        objects: list[int] = self._fits.object.tolist()
         self._row_of = {state.result.world.object_paths[number]: row for row, number in enumerate(objects)}
         self._former: Int64Array = np.zeros(0, np.int64)
         self._grid: VoxelGrid | None = None
@@ -90,7 +90,7 @@ class KnownTrees:
         group = np.flatnonzero(self._fits.model == model)
         if int(group[0]) != row:
             return None  # another instance lent it its keys and its seeds
-        numbers = self._fits.object[group].tolist()
+        numbers: list[int] = self._fits.object[group].tolist()
         same = [world.object_hash[number] for number in trees] == [old_world.object_hash[number] for number in numbers]
         if same:
             return TreeModel(mesh, self._models[model].local_ao)
@@ -99,10 +99,9 @@ class KnownTrees:
         one, other = scene.objects[trees[0]], former.objects[old_first]
         if former.meshes[other.mesh] is not scene.meshes[mesh] or one.keys != other.keys:
             return None
-        scales = [float(np.mean([instance_scale(item) for item in items])) for items in (
-            [scene.objects[number] for number in trees], [former.objects[number] for number in numbers]
-        )]  # fmt: skip
-        if not 0.5 * scales[1] <= scales[0] <= 2.0 * scales[1]:
+        now = _mean_scale([scene.objects[number] for number in trees])
+        then = _mean_scale([former.objects[number] for number in numbers])
+        if not 0.5 * then <= now <= 2.0 * then:
             return None
         return TreeModel(mesh, self._models[model].local_ao)
 
@@ -157,7 +156,8 @@ class KnownTrees:
         if self._grid is None:
             return volume.voxel.astype(np.int64)
         known = np.maximum(self._former, 0)
-        differs = (self._former < 0) | (volume.sh != np.asarray(self._volume.sh)[known]).any(axis=(1, 2))
+        other = np.asarray(volume.sh != np.asarray(self._volume.sh)[known])
+        differs = (self._former < 0) | other.any(axis=(1, 2))
         return volume.voxel[differs].astype(np.int64)
 
     def _reached(self, low: Float64Array, high: Float64Array) -> tuple[BoolArray, Float32Array]:
@@ -171,6 +171,10 @@ class KnownTrees:
     def _skipped_before(self, row: int) -> float:
         kept = self._state.result.skipped
         return 0.0 if kept is None or row < 0 or not len(kept.trees) else float(kept.trees[row])
+
+
+def _mean_scale(items: Sequence[SceneObject]) -> float:
+    return float(np.mean([instance_scale(item) for item in items]))
 
 
 def _any_inside(voxels: Int64Array, low: Float64Array, high: Float64Array, volume: TreeVolume) -> bool:

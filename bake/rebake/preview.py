@@ -24,7 +24,7 @@ class DeltaPreview:
         known = np.flatnonzero(edit.change.old_vertex >= 0)
         before[known] = result.field.ao[edit.change.old_vertex[known]]
         self._before = before
-        self._has_value: BoolArray = np.isfinite(before).all(axis=1)
+        self._has_value: BoolArray = np.asarray(np.isfinite(before).all(axis=1))
         self._mass: Float64Array = np.zeros(world.vertex_count)
         self._sum: Float64Array = np.zeros(before.shape)
         self._told = np.zeros(len(samples), np.bool_)
