@@ -27,6 +27,7 @@ def crossed(
     i = wp.tid()
     depth[i] = crossed_depth(
         mesh,
+        0,
         face_depth,
         face_depth,
         no_numbers,
