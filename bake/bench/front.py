@@ -175,7 +175,7 @@ def _our_rows(
     truth: SurfaceTruth,
     world: World,
 ) -> Iterator[FrontRow]:
-    jobs = [[str(folder / f"ours-{i}"), {**options, **one.options}] for i, one in enumerate(ours)]
+    jobs = [(str(folder / f"ours-{i}"), {**options, **one.options}) for i, one in enumerate(ours)]
     request = json.dumps({"scene": str(mesh), "jobs": jobs})
     # One process for all, as peers' interpreters load their libraries before they look at the clock.
     ended = subprocess.run(
