@@ -56,7 +56,7 @@ def _version(folder: Path) -> tuple[int, int]:
 def _read_arrays(folder: Path, manifest: Manifest, *, verify: bool) -> dict[str, NDArray[Any]]:
     wanted = [spec for spec in SPECS if spec.name in manifest.arrays]
     parts = () if manifest.decorators is None else manifest.decorators["parts"]
-    absent: set[str] = set(DECORATOR_PARTS) - set(parts)
+    absent: set[str] = {str(part) for part in DECORATOR_PARTS} - set(parts)
     if manifest.regions is None:
         absent |= set(REGION_PARTS)
     if not manifest.skipped:
