@@ -82,6 +82,7 @@ class SceneStates:
         self.path = path
         self._reader = reader or SceneReader(path)
         self._hasher: ContentHasher | None = None
+        self._last: tuple[Scene, BakeResult | None, World | None, SceneState] | None = None
 
     def read(self, result: BakeResult | None, view: World | None, *, whole: bool = False) -> SceneState:
         """Reads what the scene's files say now.
@@ -96,7 +97,6 @@ class SceneStates:
         """
         from bake.pipeline import settings_for
         from bake.scene import hash_files
-        from bake.scene.content_hash import ContentHasher
 
         settings = settings_for(self.path, {})
         if not whole and result is not None and hash_files(self.path, result.files) == dict(result.files):
@@ -106,6 +106,18 @@ class SceneStates:
             return SceneState(result.files, settings, known, stale=frozenset(result.stale), world=view)
         baked_with = settings if result is None else result.settings
         scene = self._reader.read(crease_angle=baked_with.crease_angle)
+        last = self._last
+        if last is not None and last[0] is scene and last[1] is result and last[2] is view:
+            return last[3]
+        state = self._against(scene, result, view, settings)
+        self._last = (scene, result, view, state)
+        return state
+
+    def _against(
+        self, scene: Scene, result: BakeResult | None, view: World | None, settings: BakeSettings
+    ) -> SceneState:
+        from bake.scene.content_hash import ContentHasher
+
         self._hasher = hasher = ContentHasher(scene, self._hasher)
         objects = {item.path: (item.role, item.keys, hasher.object_hash(item)) for item in scene.objects}
         state = SceneState(scene.files, settings, objects, scene=scene)

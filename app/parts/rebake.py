@@ -25,7 +25,7 @@ from viewer.boxes import object_boxes
 from viewer.picture import boxes_in_picture, picture_matrix
 
 PANEL = "Rebake"
-_SLOW_MS = 1500
+_SLOW_MS = 4000
 """After this time a rebake is shown where a bake is."""
 _AT_ONCE = "rebake-at-once"
 
@@ -176,6 +176,7 @@ class RebakePart(Part):
         """Whether every change is followed at once."""
         self._auto = on
         self.panel.auto.setChecked(on)
+        self.bench.part(SceneWatchPart).waits = on  # the engine gets the processor first
         self.bench.registry[_AT_ONCE].setChecked(on)
         if on:
             self.bench.part(SceneWatchPart).want_scene()

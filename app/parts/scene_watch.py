@@ -42,6 +42,8 @@ class SceneWatchPart(Part):
         self._result: BakeResult | None = None  # as stored; that in view may have a place for new objects
         self._view: World | None = None  # its geometry, or that of the scene as it was opened
         self._extending = False
+        self.waits = False
+        """Whether the state after an edit of the window's own is read a moment later."""
         self._whole = False
 
     def connect(self) -> None:
@@ -87,7 +89,10 @@ class SceneWatchPart(Part):
         self._own[edit.path.name] = digest
         if new:
             self.edited.emit(edit.path.name, digest)
-        self._read()
+        if new and self.waits:
+            self._settle.start(SETTLE_MS)
+        else:
+            self._read()
 
     def _on_opened(self) -> None:
         self._states = self._result = self._view = None
@@ -110,7 +115,7 @@ class SceneWatchPart(Part):
 
     def _on_file(self, _path: str) -> None:
         self._foreign = True
-        self._settle.start()
+        self._settle.start(SETTLE_MS)
 
     def _on_result(self) -> None:
         document = self.bench.document

@@ -107,7 +107,8 @@ class _Run:
         reports = self._reports[1:]
         alphas: list[tuple[float, float]] = []
         for number in range(_ALPHAS):
-            driver.phase("smoothing", lambda number=number: self._smoothed(0.05 * (number + 1), alphas))
+            driver.phase("smoothing", lambda number=number: self._smoothed(160 + 20 * number, alphas))
+        driver.phase("keeping", self._kept_smoothing)
         traced, changed = (_middle(reports, name) for name in ("rays_traced", "rays_changed"))
         first_s, final_s, alpha_s = _median(first[1:]), _median(final[1:]), _median(alphas[1:])
         alpha_rays = self._reports[-1].rays_traced
@@ -181,17 +182,18 @@ class _Run:
         final.append((time.perf_counter() - begin - drawing, drawing))
         self._until(lambda: len(self._reports) > done and not self._rebaker.is_busy)
 
-    def _smoothed(self, alpha: float, found: list[tuple[float, float]]) -> None:
-        timing, done = self._rebaker.timing, len(self._reports)
-        form = self._window.panels.bake.form
-
-        def act() -> None:
-            form.editor("alpha").set_value(alpha)
-            form.changed.emit()
-
-        answer = self._driver.ask(act, lambda: self._rebaker.timing is not timing and self._rebaker.timing.final >= 0.0)
+    def _smoothed(self, place: int, found: list[tuple[float, float]]) -> None:
+        """From a move of the slider of α to its values in view; nothing is stored."""
+        document, slider = self._window.document, self._part.panel.alpha.slider
+        before = document.field
+        answer = self._driver.ask(lambda: slider.setValue(place), lambda: document.field is not before)
         found.append((answer.seconds, answer.drawing))
-        self._until(lambda: len(self._reports) > done and not self._rebaker.is_busy)
+
+    def _kept_smoothing(self) -> None:
+        """α of the slider put into the bake: a rebake without a ray."""
+        done = len(self._reports)
+        self._driver.ask(self._part.panel.alpha.keep.click, lambda: len(self._reports) > done)
+        self._until(lambda: not self._rebaker.is_busy)
 
     def _until(self, condition: Callable[[], bool], patience_s: float = 1800.0) -> None:
         begin = time.perf_counter()
