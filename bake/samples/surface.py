@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 
 import numpy as np
 
-from bake.geometry import as_traced, face_normals
+from bake.devices import worker_count
+from bake.geometry import as_traced
 from bake.low_discrepancy import hash_u32, owen_sobol
 from bake.settings import BakeSettings
-from bake.types import Float64Array, Int32Array, Int64Array, SampleSet, UInt32Array, World
+from bake.types import Float32Array, Float64Array, Int32Array, Int64Array, SampleSet, UInt32Array, World
 
 _POSITION_SALT = np.uint32(0x68E31DA4)
+
+AT_ONCE = 1 << 14
+"""Samples, or faces, that are worked on together. A sample takes a hundred passes over small arrays: where those
+outgrow the processor's cache, each pass goes to memory and the system hands out and takes back pages for it."""
 
 
 def place_samples(world: World, settings: BakeSettings) -> SampleSet:
@@ -22,42 +30,78 @@ def place_samples(world: World, settings: BakeSettings) -> SampleSet:
     replaces both. The count depends on the face alone, so an edit elsewhere moves no sample. Each sample stands for an
     equal share of its face, which makes every area integral unbiased.
     """
-    areas = face_normals(as_traced(world.positions).astype(np.float64), world.faces)[1]
-    counts = samples_per_face(world, areas, settings)
-    sample_count = int(counts.sum())
-    face = np.repeat(np.arange(world.face_count, dtype=np.int32), counts)
-    first = np.cumsum(counts) - counts
-    index = (np.arange(sample_count, dtype=np.int64) - first[face]).astype(np.int32)
-    seed = face_seeds(world, settings.seed)
-    area = (areas / np.maximum(counts, 1)).astype(np.float32)[face]
-    return SampleSet(face=face, barycentric=barycentrics(face, index, seed), area=area, index=index, face_seed=seed)
+    faces = world.face_count
+    count, share, seed = np.zeros(faces, np.int64), np.empty(faces, np.float32), np.empty(faces, np.uint32)
+    points, declared, seeds = as_traced(world.positions), _declared(world), _object_seeds(world, settings.seed)
+
+    def prepare(begin: int, end: int) -> None:
+        here = slice(begin, end)
+        own, area = world.face_object[here], _areas(points, world.faces[here])
+        takes = world.face_samples[here] & (area > 0.0)
+        count[here] = np.where(takes, _samples_per_face(area, declared[own], settings), 0)
+        share[here] = area / np.maximum(count[here], 1)
+        seed[here] = _face_seeds(seeds[own], np.arange(begin, end) - world.first_face[own])
+
+    _in_parts(prepare, np.append(np.arange(0, faces, AT_ONCE), faces))
+    ends = np.cumsum(count)
+    total = int(count.sum())
+    face, index, area = np.empty(total, np.int32), np.empty(total, np.int32), np.empty(total, np.float32)
+    barycentric = np.empty((total, 2), np.float32)
+
+    def place(begin: int, end: int) -> None:
+        own, first = count[begin:end], ends[begin:end] - count[begin:end]
+        here = slice(int(first[0]), int(ends[end - 1]))
+        face[here] = np.repeat(np.arange(begin, end, dtype=np.int32), own)
+        index[here] = np.arange(here.start, here.stop) - np.repeat(first, own)
+        area[here] = np.repeat(share[begin:end], own)
+        barycentric[here] = _barycentrics(index[here], np.repeat(seed[begin:end], own))
+
+    # the faces on which every so manyth sample lies
+    _in_parts(place, np.append(np.unique(np.searchsorted(ends, np.arange(0, total, AT_ONCE), "right")), faces))
+    return SampleSet(face=face, barycentric=barycentric, area=area, index=index, face_seed=seed)
 
 
-def samples_per_face(world: World, areas: Float64Array, settings: BakeSettings) -> Int64Array:
-    """Number of samples of each face, shape (m,)."""
+def _in_parts(work: Callable[[int, int], None], bounds: Int64Array) -> None:
+    """Calls `work` from each bound to the next, on all processors: NumPy lets go of the interpreter meanwhile."""
+    with ThreadPoolExecutor(worker_count(), "samples") as pool:
+        for done in [pool.submit(work, *pair) for pair in pairwise(bounds.tolist())]:
+            done.result()
+
+
+def _areas(points: Float32Array, faces: Int32Array) -> Float64Array:
+    """Of the faces as they are traced, shape (m,), m²."""
+    a, b, c = (points[faces[:, k]].astype(np.float64) for k in range(3))
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+
+
+def _declared(world: World) -> Int64Array:
+    """Each object's own number of samples a face, -1 where it has none, shape (o,)."""
+    return np.array([-1 if keys.samples is None else keys.samples for keys in world.object_keys], np.int64)
+
+
+def _samples_per_face(area: Float64Array, declared: Int64Array, settings: BakeSettings) -> Int64Array:
+    """Number of samples of faces that take some, shape (m,)."""
     fewest, most = settings.samples_per_face
-    wanted = np.ceil(np.minimum(areas / settings.sample_spacing**2, most))
-    counts = np.clip(wanted.astype(np.int64), fewest, most)
-    for i, keys in enumerate(world.object_keys):
-        if keys.samples is not None:
-            counts[world.first_face[i] : world.first_face[i + 1]] = keys.samples
-    return np.where(world.face_samples & (areas > 0.0), counts, 0)
+    wanted = np.ceil(np.minimum(area / settings.sample_spacing**2, most))
+    return np.where(declared >= 0, declared, np.clip(wanted.astype(np.int64), fewest, most))
 
 
-def face_seeds(world: World, seed: int) -> UInt32Array:
-    """A scramble for each face, shape (m,), from the seed, the object's path and the face's number in the object."""
+def _object_seeds(world: World, seed: int) -> UInt32Array:
+    """A scramble for each object, shape (o,), from the seed and the object's path."""
     paths = np.array([zlib.crc32(path.encode()) for path in world.object_paths], dtype=np.uint32)
-    with np.errstate(over="ignore"):
-        objects = hash_u32(paths ^ hash_u32(np.full(1, seed, np.uint32)))
-        local = (np.arange(world.face_count) - world.first_face[world.face_object]).astype(np.uint32)
-        return hash_u32(objects[world.face_object] + hash_u32(local))
+    return hash_u32(paths ^ hash_u32(np.full(1, seed, np.uint32)))
 
 
-def barycentrics(face: Int32Array, index: Int32Array, seed: UInt32Array) -> np.ndarray:
-    """Weights of corners 0 and 1 of each sample, shape (n, 2), float32: an Owen-scrambled Sobol sequence a face.
+def _face_seeds(objects: UInt32Array, local: Int64Array) -> UInt32Array:
+    """A scramble for each face, shape (m,), from its object's and its number in the object."""
+    return hash_u32(objects + hash_u32(local.astype(np.uint32)))
+
+
+def _barycentrics(index: Int32Array, seed: UInt32Array) -> Float32Array:
+    """Weights of corners 0 and 1 of each sample, shape (n, 2): an Owen-scrambled Sobol sequence a face.
 
     The square is folded to the triangle by u = 1 - √r₁, v = r₂√r₁ (Turk 1990), which keeps areas.
     """
-    r1, r2 = owen_sobol(index, seed[face] ^ _POSITION_SALT)
+    r1, r2 = owen_sobol(index, seed ^ _POSITION_SALT)
     root = np.sqrt(r1)
     return np.stack([1.0 - root, r2 * root], axis=1).astype(np.float32)
