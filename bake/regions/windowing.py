@@ -20,7 +20,7 @@ DIP = 1e-3
 """AO below minus this, about any normal, calls for a window."""
 
 _DIRECTIONS = 256
-_STEPS = 4
+_STEPS = 12  # enough where the least values lie along a valley, as those of a quadratic nearly round do
 _FUNCTIONS_A_PART = 1 << 14
 
 
