@@ -105,12 +105,15 @@ class Resampled:
 def sphere_directions(count: int) -> Float64Array:
     """Unit vectors spread evenly over the sphere, shape (count, 3): a spherical Fibonacci lattice.
 
+    It is turned by half a step, so that none lies in a plane of two axes: levels are full of such planes, and a ray
+    inside one strikes a face or passes it as the tracer's boxes happen to be cut.
+
     References:
         Keinert et al. 2015, "Spherical Fibonacci Mapping", ACM TOG 34(6).
     """
     i = np.arange(count)
     z = 1.0 - (2.0 * i + 1.0) / count
-    turn = 2.0 * math.pi * np.mod(i * (math.sqrt(5.0) - 1.0) / 2.0, 1.0)
+    turn = 2.0 * math.pi * np.mod((i + 0.5) * (math.sqrt(5.0) - 1.0) / 2.0, 1.0)
     radius = np.sqrt(1.0 - z * z)
     return np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1)
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bake.decorators.lods import RAYS as LOD_RAYS
 from bake.decorators.resample import BakedSurface, resample, sphere_directions
 from bake.decorators.small import RAYS, REACH, SmallBake, bake_small, spheres
 from bake.devices import resolve
@@ -63,6 +64,14 @@ def world_with_clumps(
     is_static = np.repeat([i < len(surfaces) for i in range(len(objects))], face_counts)
     roles = (Role.STATIC,) * len(surfaces) + (role,) * clumps
     return make_world(*objects, roles=roles, casts=is_static, samples=is_static)
+
+
+@pytest.mark.parametrize("count", [LOD_RAYS, RAYS])
+def test_no_ray_runs_inside_a_plane_of_two_axes(count: int) -> None:
+    """Floors, ledges and walls lie in such planes: a ray inside one would strike them or not as rounding has it."""
+    outward = sphere_directions(count)
+    np.testing.assert_allclose(np.linalg.norm(outward, axis=1), 1.0)
+    assert np.abs(outward).min() > 1e-3
 
 
 @pytest.mark.parametrize("tracer", ["embree", "warp", "brute"])
