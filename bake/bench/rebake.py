@@ -1,13 +1,12 @@
 """Rebakes against whole bakes: random edits of levels, one after the other, and how far each result is off.
 
 Every edit is followed by one session, so that what it skips adds up as it does under an artist's hands; after each the
-edited scene is baked whole with the same seeds and compared. What was compared can be kept in a file, from which a
-later run goes on: edits that it holds are followed again but not baked again.
+edited scene is baked whole with the same seeds and compared. What was compared can be kept in a folder, from which a
+later run goes on: it opens the result as it was stored, as an artist would the next day.
 """
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import asdict
@@ -16,6 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from bake.bench.rebake_book import Book
 from bake.bench.rebake_edits import KINDS, RandomEdits
 from bake.bench.rebake_error import rebake_errors
 from bake.bench.table import Measurements
@@ -79,39 +79,60 @@ def edit_rows(
 ) -> list[dict[str, Any]]:
     """One row an edit of a scene: what it was, what the rebake cost and how far it is from a whole bake."""
     settings = settings_for(path, options)
-    scene = load_scene(path, crease_angle=settings.crease_angle)
-    device = resolve(settings.device)
-    book = _Book(keep, path, settings, bound=bound, seed=seed)
+    book = Book(keep, path, settings, bound=bound, seed=seed)
     if len(book.rows) >= edits:
         return book.rows[:edits]
-    sequence = RandomEdits(scene, settings, seed)
-    rows: list[dict[str, Any]] = []
-    with RebakeSession(_whole(scene, settings, device)[0], scene, device, bound=bound) as session:
-        for number in range(edits):
-            if time.monotonic() > until:
-                break
+    scene = load_scene(path, crease_angle=settings.crease_angle)
+    device = resolve(settings.device)
+    sequence, wholes = RandomEdits(scene, settings, seed), _Wholes(device)
+    done, result = book.state()
+    for _ in range(done):
+        scene = sequence.next().scene
+    if result is None:
+        result = wholes.of(scene, settings)[0]
+    with RebakeSession(result, scene, device, bound=bound) as session:
+        while done < edits and time.monotonic() <= until:
             edit = sequence.next()
             begin = time.perf_counter()
             outcome, first = _followed(session, edit.scene, edit.settings)
             seconds = time.perf_counter() - begin
-            if number < len(book.rows):
-                rows.append(book.rows[number])
+            done += 1
+            if done <= len(book.rows):
                 continue
-            whole, whole_seconds = _whole(edit.scene, edit.settings, device)
-            row: dict[str, Any] = {
-                "scene": path.stem,
-                "edit": number,
-                "kind": edit.kind,
-                "object": edit.object,
-                "seconds": seconds,
-                "first_seconds": first,
-                "whole_seconds": whole_seconds,
-                **_figures(outcome),
-                "errors": {name: asdict(error) for name, error in rebake_errors(outcome.result, whole).items()},
-            }
-            book.add(row)
-            rows.append(row)
-    return rows
+            whole, whole_seconds = wholes.of(edit.scene, edit.settings)
+            book.add(
+                {
+                    "scene": path.stem,
+                    "edit": done - 1,
+                    "kind": edit.kind,
+                    "object": edit.object,
+                    "seconds": seconds,
+                    "first_seconds": first,
+                    "whole_seconds": whole_seconds,
+                    **_figures(outcome),
+                    "errors": {name: asdict(error) for name, error in rebake_errors(outcome.result, whole).items()},
+                }
+            )
+        book.put_state(done, session.result)
+    return book.rows[:done]
+
+
+class _Wholes:
+    """Whole bakes; the last few are kept, for an undo goes back to one of them."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._known: list[tuple[Scene, BakeSettings, tuple[BakeResult, float]]] = []
+
+    def of(self, scene: Scene, settings: BakeSettings) -> tuple[BakeResult, float]:
+        """A whole bake, and the seconds that it took."""
+        for known, said, found in self._known:
+            if known is scene and said == settings:
+                return found
+        clock = StageClock()
+        result = _drained(bake(scene, settings, self._device, clock))
+        self._known = [*self._known[-3:], (scene, settings, (result, clock.seconds))]
+        return result, clock.seconds
 
 
 def _figures(outcome: RebakeOutcome) -> dict[str, Any]:
@@ -122,31 +143,6 @@ def _figures(outcome: RebakeOutcome) -> dict[str, Any]:
         "bound",
     )  # fmt: skip
     return {name: report[name] for name in names}
-
-
-class _Book:
-    """Rows on disk, one a line, so that a run that is cut off loses nothing."""
-
-    def __init__(self, folder: Path | None, path: Path, settings: BakeSettings, *, bound: float, seed: int) -> None:
-        self.rows: list[dict[str, Any]] = []
-        self._file: Path | None = None
-        if folder is None:
-            return
-        folder.mkdir(parents=True, exist_ok=True)
-        self._file = folder / f"{path.stem}-{bound:g}-{seed}.jsonl"
-        head = {"settings": settings.to_json()}
-        lines = self._file.read_text().splitlines() if self._file.is_file() else []
-        if lines and json.loads(lines[0]) == head:
-            self.rows = [json.loads(line) for line in lines[1:] if line.endswith("}")]
-        else:
-            self._file.write_text(json.dumps(head) + "\n")
-
-    def add(self, row: dict[str, Any]) -> None:
-        """Writes a row down."""
-        self.rows.append(row)
-        if self._file is not None:
-            with self._file.open("a") as file:
-                file.write(json.dumps(row) + "\n")
 
 
 def _followed(session: RebakeSession, scene: Scene, settings: BakeSettings) -> tuple[RebakeOutcome, float]:
@@ -161,12 +157,6 @@ def _followed(session: RebakeSession, scene: Scene, settings: BakeSettings) -> t
             return outcome, first
         if isinstance(step, Partial) and first != first:
             first = time.perf_counter() - begin
-
-
-def _whole(scene: Scene, settings: BakeSettings, device: Device) -> tuple[BakeResult, float]:
-    clock = StageClock()
-    result = _drained(bake(scene, settings, device, clock))
-    return result, clock.seconds
 
 
 def _drained(steps: Generator[Any, None, _T]) -> _T:
