@@ -239,10 +239,10 @@ def square_error(corners: Int64Array, values: Float64Array, moments: FaceMoments
     return errors
 
 
-def begun(draft: Draft, scene: SceneScatter, mean_area: float) -> Block:
+def begun(draft: Draft, scene: SceneScatter) -> Block:
     """A block with its equations, its values still the average."""
     surface, own_alpha = draft.surface, draft.own_alpha
-    equations = build_equations(surface, draft.moments, own_alpha, scene, mean_area=mean_area)
+    equations = build_equations(surface, draft.moments, own_alpha, scene)
     values = equations.average.copy()
     columns = int(values.shape[1])
     return Block(

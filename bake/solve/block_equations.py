@@ -29,7 +29,7 @@ SPREAD = 0.1
 
 
 def update_equations(
-    block: Block, moments: FaceMoments, faces: Int64Array, scene: SceneScatter, mean_area: float
+    block: Block, moments: FaceMoments, faces: Int64Array, scene: SceneScatter
 ) -> tuple[Equations, Int64Array]:
     """The equations for other sums.
 
@@ -38,7 +38,6 @@ def update_equations(
         moments: The sums as they are now.
         faces: Shape (f,), int64: those whose sums differ.
         scene: The mean scatter of the scene now.
-        mean_area: As for `build_equations`.
 
     Returns:
         The equations, and the unknowns whose rows may differ otherwise than by the scene's mean scatter, sorted.
@@ -50,7 +49,7 @@ def update_equations(
         if len(zone) <= WORTHWHILE * count:
             rows = _distinct(block.faces_of(np.flatnonzero(block.rings(zone, 2))), total)
     if len(faces) > SPREAD * total or max(len(zone) / count, len(rows) / total) > WORTHWHILE:
-        whole = build_equations(block.surface, moments, block.own_alpha, scene, mean_area=mean_area)
+        whole = build_equations(block.surface, moments, block.own_alpha, scene)
         return whole, np.arange(count)
     equations = block.equations
     if scene != block.scene:
@@ -59,7 +58,7 @@ def update_equations(
         return equations, zone
     part = part_of(block.surface, rows)
     own_alpha = block.own_alpha[rows]
-    found = build_equations(part.surface, moments.only(rows), own_alpha, scene, mean_area=mean_area)
+    found = build_equations(part.surface, moments.only(rows), own_alpha, scene)
     return _spliced(equations, part, found, zone, count), zone
 
 

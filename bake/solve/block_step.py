@@ -91,15 +91,15 @@ class BlockStep:
             local = np.arange(len(own_alpha))
         self.block, self._faces = block, local
 
-    def assemble(self, scene: SceneScatter, mean_area: float) -> None:
+    def assemble(self, scene: SceneScatter) -> None:
         """Brings the equations up to the sums and the scene's mean scatter."""
         if self._draft is not None:
-            self.block = begun(self._draft, scene, mean_area)
+            self.block = begun(self._draft, scene)
             self.equations, self.places = self.block.equations, self.block.places
             return
         self.equations, self.places = self.block.equations, self.block.places
         if len(self._faces) or scene != self.block.scene:
-            self.equations, self._zone = update_equations(self.block, self._moments, self._faces, scene, mean_area)
+            self.equations, self._zone = update_equations(self.block, self._moments, self._faces, scene)
             starved = self.equations.starved
             if not self.places.same(self.block.surface.position, starved):
                 self.places = Places(self.block.surface.position, starved, self.block.surface.first)

@@ -35,6 +35,13 @@ ANCHOR = 0.03
 FILL_PULL = 0.1
 """Share of its Laplacian that bounds an edge's pull at a starved vertex, which has no samples to bound it."""
 
+NARROWEST = 1e-4
+"""What is narrower than this share of its longest side fills as if it were that wide: nothing but the face decides, so
+that no other object has a say in it."""
+
+POINT = 1e-30
+"""Area in m² that a face of no length at all fills with: just enough that no row is empty."""
+
 LARGE = 100_000
 """Faces from which on two halves of the assembly are worth doing side by side."""
 
@@ -145,8 +152,6 @@ def build_equations(
     moments: FaceMoments,
     own_alpha: Float64Array,
     scene: SceneScatter | None = None,
-    *,
-    mean_area: float | None = None,
 ) -> Equations:
     """Assembles what does not depend on alpha.
 
@@ -156,7 +161,6 @@ def build_equations(
         own_alpha: Shape (m,), float64: alpha of faces whose object has its own, NaN elsewhere. A butterfly between
             two objects takes the larger.
         scene: The mean scatter of the whole scene, where `surface` is a part of it.
-        mean_area: The mean area of the faces of the whole scene, in m², where `surface` is a part of it.
     """
     with ThreadPoolExecutor(1, "trust") as side:
         # large surfaces only: a thread costs more than it brings elsewhere, and blocks are done side by side
@@ -166,7 +170,7 @@ def build_equations(
         data = right_hand_side(surface, moments)
         average, starved = weighted_average(surface, mass, data)
         diagonal, edges = mass_entries(surface, moments)
-        fill_diagonal, fill_edges, fill_scale = _fill(surface, starved, mean_area)
+        fill_diagonal, fill_edges, fill_scale = _fill(surface, starved)
         share = bounded_share(surface, np.where(starved, FILL_PULL * fill_scale, mass))
         of_all = edge_terms(surface, share) if np.isnan(own_alpha).all() else None
         trust = estimate_trust(surface, moments, scene) if trusting is None else trusting.result()
@@ -197,16 +201,16 @@ def build_equations(
     )
 
 
-def _fill(
-    surface: Surface, starved: BoolArray, mean_area: float | None
-) -> tuple[Float64Array, Float64Array, Float64Array]:
+def _fill(surface: Surface, starved: BoolArray) -> tuple[Float64Array, Float64Array, Float64Array]:
     """Diagonal (u,) and edge entries (e,) of the Laplacian on faces with a starved corner, and its scale (u,)."""
     if not starved.any():
         return np.zeros(len(starved)), np.zeros(len(surface.edges)), np.zeros(len(starved))
     touched = starved[surface.corners].any(axis=1)
-    # degenerate faces carry the fill too, lest their corners hang on nothing
-    least = 1e-9 * max(float(surface.area.mean()) if mean_area is None else mean_area, 1e-300)
-    weight = np.where(touched, STARVED / 12.0 * np.maximum(surface.area, least), 0.0)
+    # Degenerate faces carry the fill too, lest their corners hang on nothing: as much as if they were a little wider.
+    weight = np.zeros(len(touched))
+    corners = surface.position[surface.corners[touched]]
+    longest = np.square(corners - corners[:, [1, 2, 0]]).sum(axis=2).max(axis=1)
+    weight[touched] = STARVED / 12.0 * np.maximum(surface.area[touched], np.maximum(NARROWEST * longest, POINT))
     per_corner = np.repeat(weight[:, None], 3, axis=1)
     diagonal, edges = spread_pairs(surface, at_corners(surface, 2.0 * per_corner), -per_corner)
     return diagonal, edges, at_corners(surface, 4.0 * per_corner)

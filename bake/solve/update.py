@@ -72,7 +72,6 @@ class _State:
     blocks: tuple[Block, ...]
     sources: Sources
     extent: float
-    mean_area: float
 
 
 class FieldKeeper:
@@ -108,10 +107,8 @@ class FieldKeeper:
         extent = bake.extent()
         groups = cut_into_blocks(world, receivers(world), weld_instances=settings.weld_instances)
         drafts = _each(lambda objects: drafted(bake, objects, extent), groups)
-        area = sum(float(draft.surface.area.sum()) for draft in drafts)
-        mean_area = area / max(sum(len(draft.surface.area) for draft in drafts), 1)
         scene = _mean(draft.sums for draft in drafts)
-        blocks = _each(lambda draft: begun(draft, scene, mean_area), drafts)
+        blocks = _each(lambda draft: begun(draft, scene), drafts)
         new = [-1] * len(blocks)
         sources = find_sources([block.places for block in blocks], [None] * len(blocks), new, Sources.none())
         filled = filled_from_afar([block.equations for block in blocks], sources)
@@ -132,7 +129,7 @@ class FieldKeeper:
                 blocks,
             )
         self.field: VertexField = field
-        self._state = _State(bake, tuple(blocks), sources, extent, mean_area)
+        self._state = _State(bake, tuple(blocks), sources, extent)
 
     def updated(
         self,
@@ -180,7 +177,7 @@ class FieldKeeper:
         faces = _changed_faces(bake, change, matches, changed_rows)
         _each(lambda step: step.gather(bake, extent, faces), steps)
         scene = _mean(step.sums for step in steps)
-        _each(lambda step: step.assemble(scene, old.mean_area), steps)
+        _each(lambda step: step.assemble(scene), steps)
         came_from = [step.came_from for step in steps]
         places, past = [step.places for step in steps], [step.past for step in steps]
         sources = find_sources(places, past, came_from, old.sources)
@@ -199,7 +196,7 @@ class FieldKeeper:
         )
         bound = max((one.missed for one in solved), default=0.0)
         keeper = FieldKeeper.__new__(FieldKeeper)
-        keeper.field, keeper._state = field, _State(bake, tuple(blocks), sources, extent, old.mean_area)
+        keeper.field, keeper._state = field, _State(bake, tuple(blocks), sources, extent)
         changed = _differing(before, state, field)
         return FieldUpdate(keeper, field, changed, bound, sum(one.unknowns for one in solved))
 

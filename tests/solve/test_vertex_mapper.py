@@ -182,6 +182,26 @@ def test_vertices_of_faces_without_area_are_filled() -> None:
     np.testing.assert_allclose(field.ao, 0.25, atol=1e-6)
 
 
+def test_fills_do_not_hang_on_what_else_is_in_the_scene() -> None:
+    """A vertex between a sliver and a needle gets the same value whatever size another object's faces have."""
+    positions, faces = grid(1, 2)  # corners 0, 2 and 4 lie on one side, one above the other
+    apart = np.array([-1e-5, 0.25, 0.0])
+    both = [apart, 0.5 * (apart + positions[4])]
+    bridged = np.concatenate([positions, both]), np.concatenate([faces, [[0, 2, 6], [6, 7, 4]]])
+    values: list[np.ndarray] = []
+    for size in (1.0, 300.0):
+        far = moved(grid(3, 3, size=size)[0], 50.0), grid(3, 3)[1]
+        world = make_world(bridged, far)
+        samples = random_samples(world, 6)
+        on_first = samples.face < 6
+        ao = ao_of(world, samples, lambda p: np.where(p[:, 1] < 0.5, 0.1, 0.9))
+        ao[~on_first, 0] = np.random.default_rng(2).random(len(ao) - np.count_nonzero(on_first))
+        field = solve(world, samples, ao, ~np.isin(samples.face, [4, 5]))
+        assert field.state[6] == VertexState.FILLED
+        values.append(field.ao[:8])
+    np.testing.assert_allclose(values[0], values[1], atol=1e-4)
+
+
 def test_split_vertices_get_one_value() -> None:
     """Loose triangles and the indexed mesh bake alike."""
     world = make_world(grid(6, 6))
