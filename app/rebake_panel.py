@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtGui import QAction
-from PyQt6.QtWidgets import QCheckBox, QGridLayout, QGroupBox, QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QCheckBox, QGridLayout, QGroupBox, QLabel, QVBoxLayout, QWidget
 
+from app.action_buttons import fill_grid
 from app.alpha_group import AlphaGroup
 from app.rebake_layers import Layer
 from app.rebaker import Timing
@@ -36,6 +37,8 @@ class RebakePanel(QWidget):
         self._buttons = QGridLayout()
         self._state = _text()
         self._report = _text()
+        self._report.hide()
+        self._groups = QVBoxLayout()
         self.alpha = AlphaGroup()
         layers = QGroupBox("Layers")
         self.layers = RowsView(("Layer", "Vertices", "State"), stretch=0)
@@ -56,6 +59,7 @@ class RebakePanel(QWidget):
         layout.addWidget(self.auto)
         layout.addWidget(self._state)
         layout.addWidget(self._report)
+        layout.addLayout(self._groups)
         layout.addWidget(self.alpha)
         layout.addWidget(layers, 1)
         self.show_stale(None)
@@ -64,11 +68,15 @@ class RebakePanel(QWidget):
 
     def add_buttons(self, actions: Sequence[QAction], words: Sequence[str]) -> None:
         """Puts actions above the state, two a row, under short words."""
-        _fill(self._buttons, actions, words)
+        fill_grid(actions, words, grid=self._buttons)
 
     def add_layer_buttons(self, actions: Sequence[QAction], words: Sequence[str]) -> None:
         """Puts actions below the layers, two a row, under short words."""
-        _fill(self._layer_buttons, actions, words)
+        fill_grid(actions, words, grid=self._layer_buttons)
+
+    def add_group(self, group: QWidget) -> None:
+        """Puts a group of another concern between the report and the smoothing."""
+        self._groups.addWidget(group)
 
     def chosen_layer(self) -> int:
         """Number of the chosen layer, -1 for none."""
@@ -132,16 +140,6 @@ def report_text(report: RebakeReport, timing: Timing) -> str:
     if report.stale:
         lines.append(f"{len(report.stale):,} objects are left as they were, though the change may reach them")
     return "<br>".join(lines)
-
-
-def _fill(grid: QGridLayout, actions: Sequence[QAction], words: Sequence[str]) -> None:
-    for number, (action, word) in enumerate(zip(actions, words, strict=True)):
-        action.setIconText(word)  # what buttons show
-        button = QToolButton()
-        button.setDefaultAction(action)
-        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-        button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        grid.addWidget(button, number // 2, number % 2)
 
 
 def _text() -> QLabel:

@@ -5,13 +5,27 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from app.rebake_layers import layers_of
-from app.window_parts import Part
+from app.window_parts import Part, Workbench
 from bake.types import Role
 from viewer.decorator_view import TreeShading
 
 
 class AvailabilityPart(Part):
     """Greys every action whose `needs` are not met, with the reason."""
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self._added: dict[str, tuple[Callable[[], bool], str]] = {}
+
+    def add(self, name: str, is_met: Callable[[], bool], why: str) -> None:
+        """Takes in a need that another part knows about.
+
+        Args:
+            name: As in `ActionSpec.needs`.
+            is_met: Whether it is met now.
+            why: What is said where it is not.
+        """
+        self._added[name] = (is_met, why)
 
     def connect(self) -> None:
         """Follows the document."""
@@ -66,6 +80,7 @@ class AvailabilityPart(Part):
                 self._has_trees,
                 "the result has no baked trees",
             ),
+            **self._added,
         }
 
     def _has_trees(self) -> bool:
