@@ -1,4 +1,4 @@
-"""Some objects of a result as an earlier one had them: what a rebake changed is turned down object by object."""
+"""Some objects or triangles of a result as an earlier one had them: what a rebake changed is turned down in part."""
 
 from __future__ import annotations
 
@@ -10,12 +10,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bake.decorator_types import Decorators, SmallScalars
-from bake.types import BakeResult, Float32Array, Int32Array, Int64Array, Tally, VertexField
+from bake.types import (
+    BakeResult,
+    BoolArray,
+    Float32Array,
+    Float64Array,
+    Int32Array,
+    Int64Array,
+    Tally,
+    VertexField,
+    World,
+)
 
 A = TypeVar("A", np.float32, np.uint16)
 
 
-def with_former(result: BakeResult, former: BakeResult, paths: Collection[str]) -> BakeResult:
+def with_former(
+    result: BakeResult, former: BakeResult, paths: Collection[str], *, faces: BoolArray | None = None
+) -> BakeResult:
     """A result in which some objects have the values and samples of an earlier one; they are marked stale.
 
     Objects that the earlier result does not have, or has with other triangles, stay as they are.
@@ -24,25 +36,49 @@ def with_former(result: BakeResult, former: BakeResult, paths: Collection[str]) 
         result: The latest.
         former: An earlier one, with the same distances.
         paths: The objects.
+        faces: Shape (m,), of the latest: the only triangles of them whose samples and vertices are taken over, and that
+            is what a tree or a small decorator needs one of to be taken over; all if None.
 
     Returns:
         `result` itself if none of the objects can be taken over.
     """
     pairs = _pairs(result, former, paths)
+    if faces is not None:
+        chosen = np.asarray(faces)
+        pairs = [(new, old) for new, old in pairs if chosen[_span(result.world.first_face, new)].any()]
     if not pairs or result.settings.distance_count != former.settings.distance_count:
         return result
     ao, state = np.array(result.field.ao), np.array(result.field.state)
     for new, old in pairs:
-        own, theirs = _span(result.world.first_vertex, new), _span(former.world.first_vertex, old)
+        own = _vertices_of(result.world, new, faces)
+        theirs = own + int(former.world.first_vertex[old] - result.world.first_vertex[new])
         ao[own], state[own] = former.field.ao[theirs], former.field.state[theirs]
     stale = {*result.stale, *(result.world.object_paths[new] for new, _ in pairs)}
     return replace(
         result,
         field=VertexField(ao, state, result.field.report),
-        tally=_tally(result, former, pairs),
+        tally=_tally(result, former, pairs, faces),
         decorators=_decorators(result, former, pairs),
         stale=tuple(path for path in result.world.object_paths if path in stale),
     )
+
+
+def faces_within(world: World, low: Float64Array, high: Float64Array) -> BoolArray:
+    """Triangles whose middle lies in a box, shape (m,).
+
+    Args:
+        world: Theirs.
+        low, high: Shape (3,): the box's corners, metres from the world's origin.
+    """
+    middle = np.asarray(world.positions)[np.asarray(world.faces)].mean(axis=1)
+    return np.asarray(((middle >= low) & (middle <= high)).all(axis=1))
+
+
+def differing_vertices(result: BakeResult, other: BakeResult, *, least: float = 1.0 / 512.0) -> int:
+    """How many vertices of two results of the same world have values that differ by more than `least`."""
+    mine, others = result.field.ao, other.field.ao
+    differs = (np.isfinite(mine) != np.isfinite(others)) | (np.abs(mine - others) > least)
+    return int(differs.any(axis=1).sum())
 
 
 def differing_objects(result: BakeResult, former: BakeResult, *, least: float = 1.0 / 512.0) -> tuple[str, ...]:
@@ -78,21 +114,31 @@ def _span(first: Int64Array, index: int) -> slice:
     return slice(int(first[index]), int(first[index + 1]))
 
 
+def _vertices_of(world: World, number: int, faces: BoolArray | None) -> Int64Array:
+    """Vertices of an object: all of them, or those of its chosen triangles."""
+    own = _span(world.first_vertex, number)
+    if faces is None:
+        return np.arange(own.start, own.stop, dtype=np.int64)
+    mine = _span(world.first_face, number)
+    return np.unique(np.asarray(world.faces)[mine][faces[mine]]).astype(np.int64)
+
+
 def _samples_of(result: BakeResult, index: int) -> slice:
     faces = _span(result.world.first_face, index)
     begin, end = np.searchsorted(result.samples.face, (faces.start, faces.stop)).tolist()
     return slice(begin, end)
 
 
-def _tally(result: BakeResult, former: BakeResult, pairs: list[tuple[int, int]]) -> Tally:
+def _tally(result: BakeResult, former: BakeResult, pairs: list[tuple[int, int]], faces: BoolArray | None) -> Tally:
     """The samples' values, where an object has the same samples on the same triangles."""
-    rows: list[tuple[slice, slice]] = []
+    rows: list[tuple[Int64Array, Int64Array]] = []
     for new, old in pairs:
         own, theirs = _samples_of(result, new), _samples_of(former, old)
         shift = int(result.world.first_face[new] - former.world.first_face[old])
         here, there = result.samples.face[own], former.samples.face[theirs]
         if len(here) == len(there) and np.array_equal(here, there + shift):
-            rows.append((own, theirs))
+            kept = np.arange(len(here)) if faces is None else np.flatnonzero(faces[here])
+            rows.append((kept + own.start, kept + theirs.start))
 
     def taken(mine: NDArray[A], other: NDArray[A]) -> NDArray[A]:
         array = np.array(mine)
