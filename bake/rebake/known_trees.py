@@ -140,9 +140,10 @@ class KnownTrees:
         if self._fit_anew[number]:
             return None
         row = self._row_of[self._edit.world.object_paths[number]]
-        columns = self._fits.coefficients.shape[2]
+        columns = int(self._fits.coefficients.shape[2])
         coefficients = np.asarray(self._fits.coefficients[row], np.float64)
-        return GlobalFit(coefficients, np.asarray(self._fits.terms[row], np.int64), np.ones(columns))
+        condition: Float64Array = np.ones(columns)
+        return GlobalFit(coefficients, np.asarray(self._fits.terms[row], np.int64), condition)
 
     def errors(self, number: int) -> Float64Array | None:
         """The errors as they were."""
