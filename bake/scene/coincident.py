@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bake.scene.weld import mixed_keys, stable_order, weld_positions
+from bake.in_parts import in_parts
+from bake.scene.remembered import remembered
+from bake.scene.weld import known_places, mixed_keys, stable_order
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 
 
@@ -25,21 +27,33 @@ class CoincidentFaces:
     repeated: BoolArray
 
 
+@remembered
 def find_coincident(positions: Float64Array, faces: Int32Array) -> CoincidentFaces:
-    """Finds coincident faces by position, whatever their vertex indices; faces with equal corners are left out."""
-    return coincident_of_welded(weld_positions(positions)[faces])
+    """Finds coincident faces by position, whatever their vertex indices; faces with equal corners are left out.
+
+    The arrays are a mesh's, which stay as they are.
+    """
+    return coincident_of_welded(known_places(positions)[faces])
 
 
 def coincident_of_welded(welded: Int64Array) -> CoincidentFaces:
     """Like `find_coincident`, for faces over welded vertices, shape (m, 3)."""
     count = len(welded)
     duplicate, opposed, repeated = (np.zeros(count, np.bool_) for _ in range(3))
-    corners = np.sort(welded, axis=1)
-    proper = np.flatnonzero((corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]))
-    if len(proper) == 0:
+    keys, is_proper = np.empty(count, np.uint64), np.empty(count, np.bool_)
+
+    def prepare(begin: int, end: int) -> None:
+        low, middle, high = _sorted_columns(welded[begin:end])
+        is_proper[begin:end] = (low != middle) & (middle != high)
+        keys[begin:end] = mixed_keys(np.stack((low, middle, high), axis=1).astype(np.uint64))
+
+    in_parts(prepare, count)
+    proper = np.flatnonzero(is_proper)
+    keys = keys if len(proper) == count else keys[proper]
+    ascending = np.sort(keys)
+    if not (ascending[1:] == ascending[:-1]).any():  # most meshes
         return CoincidentFaces(duplicate, opposed, repeated)
-    triples = corners[proper]
-    keys = mixed_keys(triples.astype(np.uint64))
+    triples = np.sort(welded[proper], axis=1)
     # The upper bits of a key tell almost all triples apart, and leave room to sort places along with them.
     shift = np.uint64(len(keys).bit_length())
     order = stable_order(keys >> shift, (1 << (64 - int(shift))) - 1)
@@ -65,6 +79,13 @@ def coincident_of_welded(welded: Int64Array) -> CoincidentFaces:
     both: BoolArray = np.all(sides > 0, axis=1)
     opposed[face] = both[group]
     return CoincidentFaces(duplicate, opposed, repeated)
+
+
+def _sorted_columns(corners: Int64Array) -> tuple[Int64Array, Int64Array, Int64Array]:
+    """The three columns of `np.sort(corners, axis=1)`."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    return np.minimum(low, c), np.maximum(low, np.minimum(high, c)), np.maximum(high, c)
 
 
 def _is_odd(corners: Int64Array) -> BoolArray:

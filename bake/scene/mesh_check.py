@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bake.scene.coincident import coincident_of_welded
-from bake.scene.normals import opposing_normals
+from bake.scene.coincident import find_coincident
+from bake.scene.normals import known_opposing_normals
 from bake.scene.surface import lacking_surface, referenced_vertices
-from bake.scene.weld import edge_keys, weld_positions
+from bake.scene.weld import known_places
 from bake.types import BoolArray, Int64Array, Mesh
 
 
@@ -42,10 +42,9 @@ def check_mesh(mesh: Mesh) -> MeshCheck:
     """Looks a mesh over, in object space."""
     used = referenced_vertices(mesh.faces, len(mesh.positions))
     extent = np.ptp(mesh.positions[used], axis=0) if used.any() else np.zeros(3)
-    diagonals = np.full(len(mesh.faces), float(np.linalg.norm(extent)))
-    points, slivers = lacking_surface(mesh.positions[mesh.faces], diagonals)
-    welded = weld_positions(mesh.positions)[mesh.faces]
-    coincident = coincident_of_welded(welded)
+    points, slivers = lacking_surface(mesh.positions, mesh.faces, np.linalg.norm(extent, keepdims=True))
+    welded = known_places(mesh.positions)[mesh.faces]
+    coincident = find_coincident(mesh.positions, mesh.faces)
     inconsistent, non_manifold = _count_edges(welded, coincident.repeated | points)
     return MeshCheck(
         zero_area_faces=int(points.sum()),
@@ -55,17 +54,22 @@ def check_mesh(mesh: Mesh) -> MeshCheck:
         unreferenced_vertices=int(len(used) - used.sum()),
         inconsistent_edges=inconsistent,
         non_manifold_edges=non_manifold,
-        opposing_normals=int(opposing_normals(mesh.positions, mesh.normals, mesh.faces).sum()),
+        opposing_normals=int(known_opposing_normals(mesh.positions, mesh.normals, mesh.faces).sum()),
     )
 
 
 def _count_edges(welded: Int64Array, left_out: BoolArray) -> tuple[int, int]:
     """Edges that two faces run along in the same direction, and edges of more than two faces."""
-    kept = welded[~left_out]
-    start, end = kept.reshape(-1), np.roll(kept, -1, axis=1).reshape(-1)
+    kept = welded[~left_out] if left_out.any() else welded
+    start, end = kept.reshape(-1), kept[:, [1, 2, 0]].reshape(-1)
+    number = int(kept.max(initial=-1)) + 1
+    # Below 2⁶³, as there are fewer than 2³¹ places: the edge, and in its last bit which way the face runs along it.
+    keys = ((np.minimum(start, end) * number + np.maximum(start, end)) << 1) | (start < end)
     proper = start != end
-    start, end = start[proper], end[proper]
-    _, edge, counts = np.unique(edge_keys(start, end), return_inverse=True, return_counts=True)
-    forward = np.bincount(edge.reshape(-1), weights=start < end, minlength=len(counts))
-    inconsistent = (counts == 2) & (forward != 1)
+    keys = np.sort(keys if proper.all() else keys[proper])
+    edges = keys >> 1
+    begins = np.flatnonzero(np.append(True, edges[1:] != edges[:-1])) if len(edges) else np.zeros(0, np.int64)
+    counts = np.diff(np.append(begins, len(edges)))
+    pairs = begins[counts == 2]
+    inconsistent = ((keys[pairs] ^ keys[pairs + 1]) & 1) == 0
     return int(inconsistent.sum()), int((counts > 2).sum())

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_matrix  # pyright: ignore[reportMissingTypeStubs]
 from scipy.sparse.csgraph import (  # pyright: ignore[reportMissingTypeStubs]
     connected_components,  # pyright: ignore[reportUnknownVariableType]
 )
 
+from bake.in_parts import in_parts
+from bake.scene.remembered import remembered
 from bake.scene.surface import referenced_vertices
+from bake.scene.triangles import Triangles, columns, dot, normals_of
 from bake.scene.weld import stable_order, weld_positions
 from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array
 
@@ -51,73 +57,78 @@ def crease_normals(positions: Float64Array, faces: Int64Array | Int32Array, crea
     welded = weld_positions(positions)[faces]
     joined = _join_corners(welded, directions, np.cos(np.radians(crease_angle)))
     # Corner c of face f is number 3 f + c; a split vertex is a (group, source vertex) pair.
-    weighted = (directions[:, None, :] * angles[:, :, None]).reshape(3 * count, 3)
     groups = int(joined.max(initial=-1)) + 1
-    sums = np.stack([np.bincount(joined, weighted[:, axis], groups) for axis in range(3)], axis=1)
+    sums = np.stack(
+        [np.bincount(joined, (directions[:, axis, None] * angles).ravel(), groups) for axis in range(3)], axis=1
+    )
     keys = faces.reshape(-1) * np.int64(max(groups, 1)) + joined
-    unused = np.flatnonzero(~referenced_vertices(faces, len(positions)))
-    unique, corner_vertex = _numbered(np.concatenate((keys, unused * np.int64(max(groups, 1)))))
+    used = referenced_vertices(faces, len(positions))
+    if not used.all():
+        keys = np.concatenate((keys, np.flatnonzero(~used) * np.int64(max(groups, 1))))
+    unique, corner_vertex, first = _numbered(keys)
     normals = np.zeros((len(unique), 3))
-    normals[corner_vertex[: 3 * count]] = sums[joined]
+    has_corner = first < 3 * count
+    normals[has_corner] = sums[joined[first[has_corner]]]
     return CreaseSplit(
-        faces=corner_vertex[: 3 * count].reshape(count, 3).astype(np.int32),
+        faces=corner_vertex[: 3 * count].reshape(count, 3),
         normals=unit_vectors(normals),
         source=(unique // max(groups, 1)).astype(np.int32),
     )
 
 
-def _numbered(keys: Int64Array) -> tuple[Int64Array, Int64Array]:
-    """The distinct keys, ascending, and the number of each key among them; keys are not negative."""
+def _numbered(keys: Int64Array) -> tuple[Int64Array, Int32Array, Int64Array]:
+    """The distinct keys, ascending, the number of each key among them, and where each comes first; none is negative."""
     order = stable_order(keys.astype(np.uint64), int(keys.max(initial=0)))
     ascending = keys[order]
     is_new = np.ones(len(keys), np.bool_)
     is_new[1:] = ascending[1:] != ascending[:-1]
-    number = np.empty(len(keys), np.int64)
-    number[order] = np.cumsum(is_new) - 1
-    return ascending[is_new], number
+    number = np.empty(len(keys), np.int32)
+    number[order] = np.cumsum(is_new, dtype=np.int32) - np.int32(1)
+    return ascending[is_new], number, order[is_new]
 
 
 def _face_directions(positions: Float64Array, faces: Int64Array) -> tuple[Float64Array, Float64Array]:
     """Unit face normals, shape (m, 3), zero for faces without area, and corner angles in radians, shape (m, 3)."""
-    corners = positions[faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    directions = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0.0)
-    angles = np.zeros(faces.shape)
-    for corner in range(3):
-        ahead = corners[:, (corner + 1) % 3] - corners[:, corner]
-        behind = corners[:, (corner + 2) % 3] - corners[:, corner]
-        angles[:, corner] = np.arctan2(lengths[:, 0], np.einsum("ij,ij->i", ahead, behind))
+    directions, angles = np.empty((len(faces), 3)), np.empty((len(faces), 3))
+    triangles = Triangles(positions, faces)
+
+    def part(begin: int, end: int) -> None:
+        sides = triangles.sides(begin, end)
+        normals = normals_of(sides)
+        lengths = np.sqrt(dot(normals, normals))
+        divisor = np.where(lengths > 0.0, lengths, np.inf)
+        for axis in range(3):
+            directions[begin:end, axis] = normals[axis] / divisor
+        for corner in range(3):
+            angles[begin:end, corner] = np.arctan2(lengths, -dot(sides[corner], sides[corner - 1]))
+
+    in_parts(part, len(faces))
     return directions, angles
 
 
 def _join_corners(welded: Int64Array, directions: Float64Array, least_cosine: float) -> Int64Array:
     """Group of each corner, shape (3 m,), int64: corners joined across edges flatter than the crease."""
     count = len(welded)
-    start, end = welded.reshape(-1), np.roll(welded, -1, axis=1).reshape(-1)
-    corner = np.arange(3 * count)
-    next_corner = corner - corner % 3 + (corner + 1) % 3
+    start, end = welded.reshape(-1), welded[:, [1, 2, 0]].reshape(-1)
+    corner = np.arange(3 * count, dtype=np.int32 if 3 * count < 2**31 else np.int64)
     number = int(welded.max(initial=-1)) + 1
     edges = (np.minimum(start, end) * number + np.maximum(start, end)).astype(np.uint64)
     order = stable_order(edges, number * number)
-    keys = edges[order]
-    rows: list[Int64Array] = []
-    columns: list[Int64Array] = []
+    keys, order = edges[order], order.astype(corner.dtype)
+    rows: list[NDArray[Any]] = []
+    columns: list[NDArray[Any]] = []
     for step in range(1, MOST_FACES_COMPARED):
         same = np.flatnonzero(keys[step:] == keys[:-step])
         if len(same) == 0:
             break
         first, second = order[same], order[same + step]
-        cosine = np.einsum("ij,ij->i", directions[first // 3], directions[second // 3])
-        flat = cosine >= least_cosine
-        first, second = first[flat], second[flat]
-        forward = start[first] == start[second]  # both faces run along the edge in the same direction
-        at_start, at_end = (
-            np.where(forward, second, next_corner[second]),
-            np.where(forward, next_corner[second], second),
-        )
-        rows += [first, next_corner[first]]
-        columns += [at_start, at_end]
+        flat = np.empty(len(same), np.bool_)
+        joined = np.empty((4, len(same)), corner.dtype)
+
+        in_parts(partial(_ends, start, directions, least_cosine, first, second, flat, joined), len(same))
+        joined = joined if flat.all() else joined[:, flat]
+        rows += [joined[0], joined[1]]
+        columns += [joined[2], joined[3]]
     if not rows:
         return corner
     row, column = np.concatenate(rows), np.concatenate(columns)
@@ -125,13 +136,46 @@ def _join_corners(welded: Int64Array, directions: Float64Array, least_cosine: fl
     return np.asarray(connected_components(graph.tocsr(), directed=False)[1], np.int64)
 
 
+def _ends(
+    start: Int64Array,
+    directions: Float64Array,
+    least_cosine: float,
+    first: NDArray[Any],
+    second: NDArray[Any],
+    flat: BoolArray,
+    joined: NDArray[Any],
+    begin: int,
+    end: int,
+) -> None:
+    """Of edges `begin` to `end`, whether they are flat, and which corners of their first and second face meet."""
+    one, other = first[begin:end], second[begin:end]
+    cosine = np.einsum("ij,ij->i", directions[one // 3], directions[other // 3])
+    flat[begin:end] = cosine >= least_cosine
+    forward = start[one] == start[other]  # both faces run along the edge in the same direction
+    next_one, next_other = _next_corner(one), _next_corner(other)
+    joined[:, begin:end] = one, next_one, np.where(forward, other, next_other), np.where(forward, next_other, other)
+
+
+def _next_corner(corner: NDArray[Any]) -> NDArray[Any]:
+    """The corner after each in its face; corner c of face f is number 3 f + c."""
+    return corner + 1 - 3 * (corner % 3 == 2)
+
+
 def unit_vectors(vectors: Float64Array) -> Float32Array:
     """`vectors`, shape (n, 3), scaled to unit length as float32; zero where they have no length or are not finite."""
-    largest = np.abs(vectors).max(axis=1, keepdims=True, initial=0.0)
-    usable = np.isfinite(largest) & (largest > 0.0)
-    scaled = np.divide(vectors, largest, out=np.zeros(vectors.shape), where=usable)
-    lengths = np.linalg.norm(scaled, axis=1, keepdims=True)
-    return np.divide(scaled, lengths, out=scaled, where=lengths > 0.0).astype(np.float32)
+    unit = np.empty(vectors.shape, np.float32)
+
+    def part(begin: int, end: int) -> None:
+        own = vectors[begin:end]
+        x, y, z = np.abs(own).T
+        largest = np.maximum(np.maximum(x, y), z)[:, None]
+        usable = np.isfinite(largest) & (largest > 0.0)
+        scaled = np.divide(own, largest, out=np.zeros(own.shape), where=usable)
+        lengths = np.linalg.norm(scaled, axis=1, keepdims=True)
+        unit[begin:end] = np.divide(scaled, lengths, out=scaled, where=lengths > 0.0)
+
+    in_parts(part, len(vectors))
+    return unit
 
 
 def opposing_normals(positions: Float64Array, normals: Float32Array, faces: Int32Array) -> BoolArray:
@@ -141,13 +185,21 @@ def opposing_normals(positions: Float64Array, normals: Float32Array, faces: Int3
     agree and others don't, either reading may be meant and the normal stays as it is: the hemisphere above each face
     is still respected when rays are made.
     """
-    corners = positions[faces]
-    face_normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     opposing = np.zeros(len(positions), np.bool_)
     agreeing = np.zeros(len(positions), np.bool_)
-    for corner in range(3):
-        vertex = faces[:, corner]
-        side = np.einsum("ij,ij->i", face_normals, normals[vertex].astype(np.float64))
-        opposing[vertex[side < 0.0]] = True
-        agreeing[vertex[side > 0.0]] = True
+    triangles, columns_of_normals = Triangles(positions, faces), columns(normals)
+
+    def part(begin: int, end: int) -> None:
+        face_normals = normals_of(triangles.sides(begin, end))
+        for vertex in triangles.corners(begin, end):
+            x, y, z = (axis.take(vertex) for axis in columns_of_normals)
+            side = dot(face_normals, (x, y, z))
+            opposing[vertex[side < 0.0]] = True  # threads may meet at a vertex, but write the same
+            agreeing[vertex[side > 0.0]] = True
+
+    in_parts(part, len(faces))
     return opposing & ~agreeing
+
+
+known_opposing_normals = remembered(opposing_normals)
+"""The same for the arrays of meshes, which stay as they are."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bake.scene.normals import opposing_normals
+from bake.scene.normals import known_opposing_normals
 from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, Mesh, ObjectKeys
 
 
@@ -60,7 +60,7 @@ def oriented(mesh: Mesh, keys: ObjectKeys) -> Orientation:
     if keys.normals == "faces":
         normals = np.zeros_like(normals)
     else:
-        opposing = opposing_normals(mesh.positions, normals, faces[~needless])
+        opposing = known_opposing_normals(mesh.positions, normals, faces[~needless] if needless.any() else faces)
         normals = np.where(opposing[:, None], -normals, normals) if opposing.any() else normals
     return Orientation(faces, normals, needless, int(turned.sum()))
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from bake.in_parts import in_parts
+from bake.scene.triangles import Triangles, dot, normals_of
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 
 SLIVER_RATIO = 1e-6  # height over longest edge
 AREA_RATIO = 1e-12  # area over the square of the object's diagonal: what float32 coordinates can still resolve
-FACES_AT_ONCE = 1 << 18
 
 
 def samplable_faces(
@@ -26,27 +27,39 @@ def samplable_faces(
         face_object: Shape (m,).
         diagonals: Shape (o,): diagonal of each object's bounding box, in the units of `positions`.
     """
-    enough = np.empty(len(faces), np.bool_)
-    for begin in range(0, len(faces), FACES_AT_ONCE):
-        span = slice(begin, begin + FACES_AT_ONCE)
-        points, slivers = lacking_surface(positions[faces[span]], diagonals[face_object[span]])
-        enough[span] = ~(points | slivers)
-    return enough
+    points, slivers = lacking_surface(positions, faces, diagonals, face_object)
+    return ~(points | slivers)
 
 
-def lacking_surface(corners: Float64Array, diagonals: Float64Array) -> tuple[BoolArray, BoolArray]:
+def lacking_surface(
+    positions: Float64Array,
+    faces: Int32Array,
+    diagonals: Float64Array,
+    face_object: Int32Array | None = None,
+) -> tuple[BoolArray, BoolArray]:
     """Faces without area and, among the others, slivers; each of shape (m,).
 
     Args:
-        corners: Shape (m, 3, 3).
-        diagonals: Shape (m,): diagonal of the bounding box of each face's object.
+        positions: Shape (n, 3).
+        faces: Shape (m, 3).
+        diagonals: Shape (o,): diagonal of each object's bounding box.
+        face_object: Shape (m,); without it there is one object.
     """
-    edges = np.roll(corners, -1, axis=1) - corners
-    normals = np.cross(edges[:, 0], edges[:, 1])
-    doubled_area = np.sqrt(np.einsum("ij,ij->i", normals, normals))
-    longest_squared = np.einsum("ijk,ijk->ij", edges, edges).max(axis=1, initial=0.0)
-    points = ~((doubled_area > 0.0) & (0.5 * doubled_area >= AREA_RATIO * diagonals * diagonals))
-    return points, ~points & ~(doubled_area >= SLIVER_RATIO * longest_squared)
+    triangles = Triangles(positions, faces)
+    points, slivers = np.empty(len(faces), np.bool_), np.empty(len(faces), np.bool_)
+
+    def part(begin: int, end: int) -> None:
+        here = slice(begin, end)
+        sides = triangles.sides(begin, end)
+        normals = normals_of(sides)
+        doubled_area = np.sqrt(dot(normals, normals))
+        longest_squared = np.maximum(np.maximum(*(dot(side, side) for side in sides[:2])), dot(sides[2], sides[2]))
+        diagonal = diagonals[0] if face_object is None else diagonals[face_object[here]]
+        points[here] = ~((doubled_area > 0.0) & (0.5 * doubled_area >= AREA_RATIO * diagonal * diagonal))
+        slivers[here] = ~points[here] & ~(doubled_area >= SLIVER_RATIO * longest_squared)
+
+    in_parts(part, len(faces))
+    return points, slivers
 
 
 def referenced_vertices(faces: Int32Array | Int64Array, vertex_count: int) -> BoolArray:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bake.types import Float64Array, Int64Array
+from bake.scene.remembered import remembered
+from bake.types import BoolArray, Float64Array, Int64Array
 
 UInt64Array = NDArray[np.uint64]
 
@@ -24,10 +25,29 @@ def weld_positions(positions: Float64Array) -> Int64Array:
     """
     rows = np.ascontiguousarray(positions + 0.0)  # -0.0 is the same place as 0.0
     keys = mixed_keys(rows.view(np.uint64).reshape(-1, 3))
-    _, first, welded = np.unique(keys, return_index=True, return_inverse=True)
-    if not np.array_equal(rows[first][welded], rows):  # two places with one 64-bit key: never seen, still handled
-        welded = np.unique(rows, axis=0, return_inverse=True)[1]
-    return welded.reshape(-1).astype(np.int64)
+    # The upper bits of a key tell almost all places apart, and leave room to sort vertices along with them.
+    shift = np.uint64(len(keys).bit_length())
+    order = stable_order(keys >> shift, (1 << (64 - int(shift))) - 1)
+    is_new, told_apart = _new_rows(rows[order], (keys >> shift)[order])
+    if not told_apart:
+        order = np.argsort(keys, kind="stable")
+        is_new, told_apart = _new_rows(rows[order], keys[order])
+    if not told_apart:  # two places with one 64-bit key: never seen, still handled
+        return np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1).astype(np.int64)
+    welded = np.empty(len(rows), np.int64)
+    welded[order] = np.cumsum(is_new) - 1
+    return welded
+
+
+def _new_rows(rows: Float64Array, keys: UInt64Array) -> tuple[BoolArray, bool]:
+    """Which rows, sorted by their keys, differ from the one before, shape (n,); and whether their keys do as well."""
+    is_new = np.ones(len(rows), np.bool_)
+    is_new[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+    return is_new, not (is_new[1:] & (keys[1:] == keys[:-1])).any()
+
+
+known_places = remembered(weld_positions)
+"""The same for the positions of meshes, which stay as they are."""
 
 
 def mixed_keys(words: UInt64Array) -> UInt64Array:
