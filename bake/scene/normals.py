@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import (  # pyright: ignore[reportMissingTypeStubs]
 from bake.in_parts import in_parts
 from bake.scene.remembered import remembered
 from bake.scene.surface import referenced_vertices
-from bake.scene.triangles import Triangles, columns, dot, normals_of
+from bake.scene.triangles import Triangles, Vectors, columns, dot, normals_of
 from bake.scene.weld import stable_order, weld_positions
 from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array
 
@@ -115,8 +115,9 @@ def _join_corners(welded: Int64Array, directions: Float64Array, least_cosine: fl
     edges = (np.minimum(start, end) * number + np.maximum(start, end)).astype(np.uint64)
     order = stable_order(edges, number * number)
     keys, order = edges[order], order.astype(corner.dtype)
+    by_axis = columns(directions)
     rows: list[NDArray[Any]] = []
-    columns: list[NDArray[Any]] = []
+    others: list[NDArray[Any]] = []
     for step in range(1, MOST_FACES_COMPARED):
         same = np.flatnonzero(keys[step:] == keys[:-step])
         if len(same) == 0:
@@ -125,20 +126,20 @@ def _join_corners(welded: Int64Array, directions: Float64Array, least_cosine: fl
         flat = np.empty(len(same), np.bool_)
         joined = np.empty((4, len(same)), corner.dtype)
 
-        in_parts(partial(_ends, start, directions, least_cosine, first, second, flat, joined), len(same))
+        in_parts(partial(_ends, start, by_axis, least_cosine, first, second, flat, joined), len(same))
         joined = joined if flat.all() else joined[:, flat]
         rows += [joined[0], joined[1]]
-        columns += [joined[2], joined[3]]
+        others += [joined[2], joined[3]]
     if not rows:
         return corner
-    row, column = np.concatenate(rows), np.concatenate(columns)
+    row, column = np.concatenate(rows), np.concatenate(others)
     graph = coo_matrix((np.ones(len(row), np.int32), (row, column)), shape=(3 * count, 3 * count))
     return np.asarray(connected_components(graph.tocsr(), directed=False)[1], np.int64)
 
 
 def _ends(
     start: Int64Array,
-    directions: Float64Array,
+    directions: Vectors,
     least_cosine: float,
     first: NDArray[Any],
     second: NDArray[Any],
@@ -149,16 +150,14 @@ def _ends(
 ) -> None:
     """Of edges `begin` to `end`, whether they are flat, and which corners of their first and second face meet."""
     one, other = first[begin:end], second[begin:end]
-    cosine = np.einsum("ij,ij->i", directions[one // 3], directions[other // 3])
+    face, face_beyond = one // 3, other // 3
+    cosine = np.zeros(len(one))
+    for axis in directions:
+        cosine += axis.take(face) * axis.take(face_beyond)
     flat[begin:end] = cosine >= least_cosine
-    forward = start[one] == start[other]  # both faces run along the edge in the same direction
-    next_one, next_other = _next_corner(one), _next_corner(other)
+    forward = start.take(one) == start.take(other)  # both faces run along the edge in the same direction
+    next_one, next_other = one + 1 - 3 * (one - 3 * face == 2), other + 1 - 3 * (other - 3 * face_beyond == 2)
     joined[:, begin:end] = one, next_one, np.where(forward, other, next_other), np.where(forward, next_other, other)
-
-
-def _next_corner(corner: NDArray[Any]) -> NDArray[Any]:
-    """The corner after each in its face; corner c of face f is number 3 f + c."""
-    return corner + 1 - 3 * (corner % 3 == 2)
 
 
 def unit_vectors(vectors: Float64Array) -> Float32Array:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from bake.errors import SceneError
 from bake.scene.files import FileLedger
@@ -37,8 +40,11 @@ def parse_ply(ledger: FileLedger, *, crease_angle: float) -> ParsedFile:
             remedy="repair the mesh: positions must be finite numbers",
         )
     counts, indices = _polygons(elements.get("face"), len(positions), file)
-    triangles, _ = triangulate_polygons(positions[indices], counts, where=file)
-    faces = indices[triangles].astype(np.int32)
+    if (counts == 3).all():
+        faces = indices.reshape(-1, 3).astype(np.int32)
+    else:
+        triangles, _ = triangulate_polygons(positions[indices], counts, where=file)
+        faces = indices[triangles].astype(np.int32)
     findings: list[Finding] = []
     if (counts < 3).any():
         detail = "Faces with fewer than three corners are left out."
@@ -66,14 +72,14 @@ def _columns(element: PlyElement | None, names: tuple[str, str, str]) -> Float64
 
 def _polygons(element: PlyElement | None, vertex_count: int, file: str) -> tuple[Int64Array, Int64Array]:
     """Corner counts and vertex indices of all faces."""
-    lists = element.lists if element is not None else dict[str, tuple[Int64Array, Float64Array]]()
+    lists = element.lists if element is not None else dict[str, tuple[Int64Array, NDArray[Any]]]()
     wanted = [lists[name] for name in INDEX_LISTS if name in lists] or list(lists.values())[:1]
     if not wanted or len(wanted[0][0]) == 0:
         raise SceneError("the PLY has no faces", where=file, remedy="point clouds cannot be baked: mesh it first")
     counts, values = wanted[0]
-    if not np.isfinite(values).all() or (values < 0).any() or (values >= vertex_count).any():
+    if len(values) and not (values.min() >= 0 and values.max() < vertex_count):  # nor with NaN
         wrong = values[~((values >= 0) & (values < vertex_count))][0]
         raise SceneError(
             f"a face refers to vertex {wrong:g} of {vertex_count}", where=file, remedy="repair or export it again"
         )
-    return counts, values.astype(np.int64)
+    return counts, values.astype(np.int64, copy=False)

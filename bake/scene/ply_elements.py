@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,12 +43,12 @@ class PlyElement:
     Attributes:
         count: Number of rows.
         columns: Plain properties by name, each shape (count,), float64.
-        lists: List properties by name: lengths, shape (count,), and all items one after the other.
+        lists: List properties by name: lengths, shape (count,), and all items one after the other, of their own type.
     """
 
     count: int
     columns: Mapping[str, Float64Array]
-    lists: Mapping[str, tuple[Int64Array, Float64Array]]
+    lists: Mapping[str, tuple[Int64Array, NDArray[Any]]]
 
 
 def read_ply_elements(content: bytes, file: str) -> dict[str, PlyElement]:
@@ -109,7 +110,7 @@ def _read_ascii(elements: list[_Element], body: memoryview, file: str) -> dict[s
         if position > len(numbers):
             raise _truncated(element, file)
         columns: dict[str, Float64Array] = {}
-        lists: dict[str, tuple[Int64Array, Float64Array]] = {}
+        lists: dict[str, tuple[Int64Array, NDArray[Any]]] = {}
         for item, width in zip(element.properties, widths, strict=True):
             if width is None:
                 columns[item.name] = numbers[cursor]
@@ -198,13 +199,13 @@ def _uniform_rows(element: _Element, body: memoryview, order: str) -> NDArray[np
 
 def _split_rows(element: _Element, rows: NDArray[np.void]) -> PlyElement:
     columns: dict[str, Float64Array] = {}
-    lists: dict[str, tuple[Int64Array, Float64Array]] = {}
+    lists: dict[str, tuple[Int64Array, NDArray[Any]]] = {}
     for number, item in enumerate(element.properties):
-        values = rows[f"p{number}"].astype(np.float64)
+        values = rows[f"p{number}"]
         if item.count_code:
-            lists[item.name] = (rows[f"n{number}"].astype(np.int64), values.reshape(-1))
+            lists[item.name] = (rows[f"n{number}"].astype(np.int64), np.ascontiguousarray(values).reshape(-1))
         else:
-            columns[item.name] = values
+            columns[item.name] = values.astype(np.float64)
     return PlyElement(element.count, columns, lists)
 
 
@@ -239,13 +240,13 @@ def _varied_rows(element: _Element, body: memoryview, order: str, file: str) -> 
         raise _truncated(element, file) from None
     raw = np.frombuffer(body, np.uint8)
     columns: dict[str, Float64Array] = {}
-    lists: dict[str, tuple[Int64Array, Float64Array]] = {}
+    lists: dict[str, tuple[Int64Array, NDArray[Any]]] = {}
     for number, item in enumerate(kinds):
         size = np.dtype(item.code).itemsize
         wanted = spread(places[number], lengths[number] * size)
-        values = raw[wanted].view(order + item.code).astype(np.float64)
+        values = raw[wanted].view(order + item.code)
         if item.count_code:
             lists[item.name] = (lengths[number], values)
         else:
-            columns[item.name] = values
+            columns[item.name] = values.astype(np.float64)
     return PlyElement(count, columns, lists), position
