@@ -133,3 +133,53 @@ class Decorators:
     fits: TreeFits | None = None
     shrub_scalars: SmallScalars | None = None
     small_scalars: SmallScalars | None = None
+
+
+READ_ENOUGH = 8
+"""A sphere of `ReadingSpheres` is wide enough when one in this many of its rays meets surface that counts."""
+
+READ_DOUBLINGS = 12
+"""Most radii that are tried for a sphere, each twice the one before."""
+
+READ_LAYERS = 16
+"""Most surfaces that one ray passes on its way to a sphere's centre."""
+
+READ_LEAST_WEIGHT = 1e-6
+"""Weight, in radii, of a hit on a sphere's very boundary: it still is a hit."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadingSpheres:
+    """Spheres in which baked AO is to be read off the surface (Sloan et al. 2013, section 2.2.1).
+
+    Attributes:
+        centre: Shape (n, 3), float64.
+        least, most: Shape (n,), float64, metres, above 0: a sphere begins with the least radius and doubles it until
+            one ray in `READ_ENOUGH` meets surface that counts, up to the most.
+        row: Shape (n,), int32: row of the reader's table that says which objects count; -1: all do.
+        own_face: Shape (n,), int32: surface that faces away from this face does not count; -1: either side does.
+    """
+
+    centre: Float64Array
+    least: Float64Array
+    most: Float64Array
+    row: Int32Array
+    own_face: Int32Array
+
+    def __len__(self) -> int:
+        return len(self.centre)
+
+
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """What the spheres found.
+
+    Attributes:
+        ao: Shape (n, k), float64, in [0, 1]; 1 where nothing was found.
+        hits: Shape (n,), int32: rays that met surface that counts, within the widest sphere in which any did.
+        rays: Rays traced in all, those that went on behind a surface included.
+    """
+
+    ao: Float64Array
+    hits: Int32Array
+    rays: int

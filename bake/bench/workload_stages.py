@@ -179,15 +179,15 @@ def _lods(world: World, solved: VertexField, settings: BakeSettings, device: Dev
         alone = lod_world(world, lods, samplable_faces)
         samples = place_samples(alone, own)
         rows = chosen(len(samples), share)
+        search = FinestSearch(world, surface, tracer, samples.only(rows), lods, finest)
         whole = time.perf_counter() - begin
         begin = time.perf_counter()
-        search = FinestSearch(world, surface, tracer, samples.only(rows), lods, finest)
         finished(search.run())
         part = len(rows) / max(len(samples), 1)
         seconds = whole + (time.perf_counter() - begin) / part
         run.stages.append(Stage("resample LODs", seconds, round(search.rays / part), part, f"{len(samples):,} samples"))
     fill = filled_from(rows, len(samples))
     begin = time.perf_counter()
-    field = map_to_vertices(alone, samples, search.ao[fill].astype(np.float32), search.found[fill], own)
+    field = map_to_vertices(alone, samples, search.ao[fill], search.found[fill], own)
     work = f"{field.report.unknowns:,} unknowns, {field.report.iterations} iterations"
     run.add("map LODs", begin, work=work)

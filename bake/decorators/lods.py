@@ -18,10 +18,11 @@ from typing import Protocol
 import numpy as np
 from scipy.spatial import cKDTree
 
-from bake.decorators.resample import BATCH_RAYS, Admission, BakedSurface, RayCaster, resample
+from bake.decorator_types import ReadingSpheres
+from bake.decorators.resample import BakedSurface, RayCaster, sphere_reader
 from bake.decorators.small import REACH, objects_of, spheres
 from bake.errors import SceneError
-from bake.geometry import as_traced, face_normals
+from bake.geometry import as_traced
 from bake.settings import BakeSettings
 from bake.types import (
     BoolArray,
@@ -42,11 +43,6 @@ from bake.types import (
 
 RAYS = 32
 """Rays a sphere: the fit averages over the samples around each vertex."""
-
-ENOUGH = 8
-"""A sphere is wide enough when one in this many of its rays meets the finest level."""
-
-MOST_DOUBLINGS = 12
 
 Sampler = Callable[[World, BakeSettings], SampleSet]
 """Places surface samples; see `bake.samples.place_samples`."""
@@ -107,7 +103,7 @@ def bake_lods(
     samples = sampler(alone, own)
     search = FinestSearch(world, surface, caster, samples, lods, finest)
     yield from search.run()
-    solved = mapper(alone, samples, search.ao.astype(np.float32), search.found, own)
+    solved = mapper(alone, samples, search.ao, search.found, own)
     ao, state = field.ao.copy(), field.state.copy()
     for number in lods.tolist():
         part = slice(int(world.first_vertex[number]), int(world.first_vertex[number + 1]))
@@ -171,7 +167,7 @@ class FinestSearch:
     """Looks for baked surface around samples: on the finest level, where it faces the same way; then less choosy.
 
     Attributes:
-        ao: Shape (n, k), float64, in [0, 1]: what was found; 1 where nothing was.
+        ao: Shape (n, k), float32, in [0, 1]: what was found; 1 where nothing was.
         found: Shape (n,), bool.
         elsewhere: Shape (n,), bool: it was not on the finest level, or not in reach.
         rays: Rays traced so far.
@@ -200,29 +196,24 @@ class FinestSearch:
             rays_each: Rays a sphere.
         """
         self._rays_each = rays_each
-        self._world, self._surface, self._caster, self._lods, self._finest = world, surface, caster, lods, finest
-        self._normals = face_normals(as_traced(world.positions).astype(np.float64), world.faces)[0]
-        self._face = samples.face
-        row_of = np.full(world.object_count, -1, np.int64)
+        self._world, self._surface, self._lods, self._finest = world, surface, lods, finest
+        self._reader = sphere_reader(surface, caster, rays=rays_each, counts=finest)
+        self._positions, self._samples = as_traced(world.positions), samples
+        row_of = np.full(world.object_count, -1, np.int32)
         row_of[lods] = np.arange(len(lods))
         self._row = row_of[world.face_object[samples.face]]
-        weights = samples.barycentric.astype(np.float64)
-        weights = np.concatenate([weights, 1.0 - weights.sum(axis=1, keepdims=True)], axis=1)
-        self._point = np.einsum("ij,ijk->ik", weights, as_traced(world.positions)[world.faces[samples.face]])
-        self._begin = np.sqrt(samples.area.astype(np.float64))
-        self._most = spheres(world, lods, None)[1][self._row]
-        self._total = len(samples) * rays_each
-        self.ao = np.ones((len(samples), surface.ao.shape[1]))
+        self._most = spheres(world, lods, None)[1]
+        self.ao = np.ones((len(samples), surface.ao.shape[1]), np.float32)
         self.found = np.zeros(len(samples), np.bool_)
         self.elsewhere = np.zeros(len(samples), np.bool_)
         self.rays = 0
 
     def run(self) -> Generator[Progress]:
         """Fills `ao` and `found`."""
-        yield from self._grow(on_finest=True, same_side=True)
-        yield from self._grow(on_finest=True, same_side=False)
+        yield from self._read(on_finest=True, same_side=True)
+        yield from self._read(on_finest=True, same_side=False)
         self.elsewhere = ~self.found
-        yield from self._grow(on_finest=False, same_side=False)
+        yield from self._read(on_finest=False, same_side=False)
         self._take_nearest_vertices()
 
     def findings(self) -> list[Finding]:
@@ -242,54 +233,42 @@ class FinestSearch:
             found.append(Finding(path, "far-from-finest-level", int(counts[row]), detail))
         return found
 
-    def _grow(self, *, on_finest: bool, same_side: bool) -> Generator[Progress]:
-        """Widens the spheres of samples that have found nothing yet until they do."""
+    def _read(self, *, on_finest: bool, same_side: bool) -> Generator[Progress]:
+        """Reads the surface around the samples that have found nothing yet."""
         missing = np.flatnonzero(~self.found)
         if not self._surface.carries.any():
             return
-        radius = np.minimum(self._begin[missing], self._most[missing])
-        step = max(1, BATCH_RAYS // self._rays_each)
-        for _ in range(MOST_DOUBLINGS):
-            wide = np.zeros(len(missing), np.bool_)
-            for begin in range(0, len(missing), step):
-                part = missing[begin : begin + step]
-                admits = self._admission(part, on_finest=on_finest, same_side=same_side)
-                around = resample(
-                    self._surface,
-                    self._caster,
-                    self._point[part],
-                    radius[begin : begin + step],
-                    rays=self._rays_each,
-                    admits=admits,
-                )
-                some = around.hits > 0
-                self.ao[part[some]], self.found[part[some]] = around.ao[some], True
-                wide[begin : begin + step] = around.hits * ENOUGH >= self._rays_each
-                self.rays += around.rays
-                yield Progress("lods", int(self.found.sum()) * self._rays_each, self._total)
-            wide |= radius >= self._most[missing]
-            missing, radius = missing[~wide], np.minimum(2.0 * radius[~wide], self._most[missing[~wide]])
-            if not len(missing):
-                return
+        done = len(self.found) - len(missing)
+        for begin in range(0, len(missing), self._reader.at_once):
+            part = missing[begin : begin + self._reader.at_once]
+            around = self._reader.read(self._spheres(part, on_finest=on_finest, same_side=same_side))
+            some = around.hits > 0
+            self.ao[part[some]], self.found[part[some]] = around.ao[some], True
+            self.rays += around.rays
+            done += int(np.count_nonzero(some))
+            yield Progress("lods", done * self._rays_each, len(self.found) * self._rays_each)
 
-    def _admission(self, samples: Int64Array, *, on_finest: bool, same_side: bool) -> Admission | None:
-        world = self._world
-        if not on_finest:
-            return None
+    def _spheres(self, rows: Int64Array, *, on_finest: bool, same_side: bool) -> ReadingSpheres:
+        """Spheres around some samples, as wide at first as the piece of surface that each stands for."""
+        row, face = self._row[rows], self._samples.face[rows]
+        return ReadingSpheres(
+            centre=self._points(rows),
+            least=np.sqrt(self._samples.area[rows].astype(np.float64)),
+            most=self._most[row],
+            row=row if on_finest else np.full(len(rows), -1, np.int32),
+            own_face=np.where(self._world.face_two_sided[face] | (not same_side), np.int32(-1), face),
+        )
 
-        def admits(sphere: Int64Array, face: Int64Array) -> BoolArray:
-            sample = samples[sphere]
-            counts = self._finest[self._row[sample], world.face_object[face]]
-            if same_side:
-                own = self._face[sample]
-                agree = np.einsum("ij,ij->i", self._normals[own], self._normals[face]) > 0.0
-                counts &= agree | world.face_two_sided[own] | world.face_two_sided[face]
-            return counts
-
-        return admits
+    def _points(self, rows: Int64Array) -> Float64Array:
+        """Where some samples lie, shape (n, 3)."""
+        weights = self._samples.barycentric[rows].astype(np.float64)
+        weights = np.concatenate([weights, 1.0 - weights.sum(axis=1, keepdims=True)], axis=1)
+        return np.einsum("ij,ijk->ik", weights, self._positions[self._world.faces[self._samples.face[rows]]])
 
     def _take_nearest_vertices(self) -> None:
         """What is left takes on the baked vertex nearest to it: of the finest level, or of all."""
+        if self.found.all():
+            return
         world = self._world
         known = np.isfinite(self._surface.ao).all(axis=1)
         owner = np.repeat(np.arange(world.object_count), np.diff(world.first_vertex))
@@ -300,7 +279,7 @@ class FinestSearch:
                 vertices = np.flatnonzero(known)
             if not len(vertices):
                 continue
-            _, nearest = cKDTree(world.positions[vertices]).query(self._point[samples])
+            _, nearest = cKDTree(world.positions[vertices]).query(self._points(samples))
             self.ao[samples], self.found[samples] = self._surface.ao[vertices[nearest]], True
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bake.decorator_types import SmallScalars
-from bake.decorators.resample import BATCH_RAYS, BakedSurface, RayCaster, resample
+from bake.decorators.resample import BakedSurface, RayCaster, sphere_reader, spheres_of
 from bake.settings import BakeSettings
 from bake.types import Finding, Float64Array, Int32Array, Progress, Role, World
 
@@ -82,13 +82,13 @@ def bake_small(
     centres, radii = spheres(world, objects, settings.decorator_radius)
     ao = np.ones((len(objects), surface.ao.shape[1]), np.float32)
     found = np.zeros(len(objects), np.bool_)
-    traced, step = 0, max(1, BATCH_RAYS // RAYS)
-    for begin in range(0, len(objects), step):
-        part = slice(begin, begin + step)
-        around = resample(surface, caster, centres[part], radii[part], rays=RAYS)
+    reader, traced = sphere_reader(surface, caster, rays=RAYS), 0
+    for begin in range(0, len(objects), reader.at_once):
+        part = slice(begin, begin + reader.at_once)
+        around = reader.read(spheres_of(centres[part], radii[part]))
         ao[part], found[part] = around.ao, around.hits > 0
         traced += around.rays
-        yield Progress("decorators", min(begin + step, len(objects)) * RAYS, len(objects) * RAYS)
+        yield Progress("decorators", min(part.stop, len(objects)) * RAYS, len(objects) * RAYS)
     made: dict[Role, SmallScalars | None] = {}
     findings: list[Finding] = []
     for role in (Role.SHRUB, Role.SMALL):

@@ -22,8 +22,9 @@ from bake.trace.base import Hits, SphereTally, Tracer, check_directions
 from bake.trace.primitives import Primitives
 from bake.trace.recorder import Recorder
 from bake.trace.records import RayRecords
+from bake.trace.sphere_reader import FusedSphereReader
 from bake.trace.veil import DeviceVeil
-from bake.types import BoolArray, Float32Array, Int32Array, SampleSet, Tally, UInt32Array, World
+from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, SampleSet, Tally, UInt32Array, World
 
 
 class TracerFused(Tracer):
@@ -136,6 +137,31 @@ class TracerFused(Tracer):
         inputs = [self.entry, self.scene, self.surface, self._veil.argument, work, self.falloff]
         self.launch(kernel, slice(0, count), inputs)
         return SphereTally(work.sh.numpy(), directions, work.hits.numpy(), work.back_faces.numpy())
+
+    def sphere_reader(
+        self, ao: Float32Array, carries: BoolArray, counts: BoolArray, outward: Float64Array
+    ) -> FusedSphereReader:
+        """Reads baked AO off the tracer's faces within spheres; it must not outlive the tracer.
+
+        Args:
+            ao: Shape (v, k), float32: AO at the world's vertices.
+            carries: Shape (m,): faces that have it at all corners; others are passed.
+            counts: Shape (r, o): which objects count for spheres of row r.
+            outward: Shape (d, 3), float64: unit vectors from the centre to where rays begin.
+        """
+        from bake.kernels.read_spheres import reading_kernel
+
+        def run(reading: Any, count: int) -> None:
+            inputs = [self.entry, self.scene, self.surface, reading]
+            self.launch(reading_kernel(self.name), slice(0, count), inputs)
+
+        try:
+            return FusedSphereReader(
+                self.warp, self.array, run, ao=ao, carries=carries, counts=counts, outward=outward,
+                at_once=self.points_at_once(len(outward)),
+            )  # fmt: skip
+        except RuntimeError as error:
+            raise _device_failure(error, self._warp_device) from error
 
     def record(self, samples: SampleSet) -> RayRecords:
         """Rays one by one; see `Tracer.record`."""

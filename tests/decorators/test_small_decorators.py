@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bake.decorators.lods import RAYS as LOD_RAYS
-from bake.decorators.resample import BakedSurface, resample, sphere_directions
+from bake.decorators.resample import BakedSurface, sphere_directions, sphere_reader, spheres_of
 from bake.decorators.small import RAYS, REACH, SmallBake, bake_small, spheres
 from bake.devices import resolve
 from bake.settings import BakeSettings, TracerKind
@@ -218,6 +218,7 @@ def test_a_surface_through_the_centre_is_found() -> None:
     points = np.einsum("ij,ijk->ik", weights, corners)
     expected = np.einsum("ij,ijk->ik", weights, field.ao[world.faces[face]].astype(np.float64))
     with create_tracer(world, SETTINGS, resolve("cpu")) as caster:
-        around = resample(BakedSurface.of(world, field), caster, points, np.full(50, 0.3), rays=32)
+        reader = sphere_reader(BakedSurface.of(world, field), caster, rays=32)
+        around = reader.read(spheres_of(points, np.full(50, 0.3)))
     np.testing.assert_allclose(around.ao, expected, atol=2e-3)
     assert (around.hits == 32).mean() > 0.9
