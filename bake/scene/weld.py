@@ -28,10 +28,10 @@ def weld_positions(positions: Float64Array) -> Int64Array:
     # The upper bits of a key tell almost all places apart, and leave room to sort vertices along with them.
     shift = np.uint64(len(keys).bit_length())
     order = stable_order(keys >> shift, (1 << (64 - int(shift))) - 1)
-    is_new, told_apart = _new_rows(rows[order], (keys >> shift)[order])
+    is_new, told_apart = _new_rows(rows, order, (keys >> shift)[order])
     if not told_apart:
         order = np.argsort(keys, kind="stable")
-        is_new, told_apart = _new_rows(rows[order], keys[order])
+        is_new, told_apart = _new_rows(rows, order, keys[order])
     if not told_apart:  # two places with one 64-bit key: never seen, still handled
         return np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1).astype(np.int64)
     welded = np.empty(len(rows), np.int64)
@@ -39,10 +39,13 @@ def weld_positions(positions: Float64Array) -> Int64Array:
     return welded
 
 
-def _new_rows(rows: Float64Array, keys: UInt64Array) -> tuple[BoolArray, bool]:
-    """Which rows, sorted by their keys, differ from the one before, shape (n,); and whether their keys do as well."""
-    is_new = np.ones(len(rows), np.bool_)
-    is_new[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+def _new_rows(rows: Float64Array, order: Int64Array, keys: UInt64Array) -> tuple[BoolArray, bool]:
+    """Which rows, in an order by their keys, differ from the one before, shape (n,); and whether those keys do."""
+    is_new = np.zeros(len(rows), np.bool_)
+    is_new[:1] = True
+    for axis in range(3):
+        column = rows[:, axis].take(order)
+        is_new[1:] |= column[1:] != column[:-1]
     return is_new, not (is_new[1:] & (keys[1:] == keys[:-1])).any()
 
 
