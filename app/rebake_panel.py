@@ -8,7 +8,7 @@ from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtGui import QAction
 from PyQt6.QtWidgets import QCheckBox, QGridLayout, QGroupBox, QLabel, QVBoxLayout, QWidget
 
-from app.action_buttons import fill_grid
+from app.action_buttons import action_button, fill_grid
 from app.alpha_group import AlphaGroup
 from app.rebake_layers import Layer
 from app.rebaker import Timing
@@ -16,7 +16,9 @@ from app.tables import Cell, RowsView
 from bake.rebake.types import RebakeReport
 
 _NO_RESULT = "Bake first. Then only what a change can reach is baked anew."
-_LAYER_TIP = "What each bake and rebake since the scene was opened has changed, the latest first"
+_LAYER_TIP = "What each bake and rebake since the scene was opened has changed, the latest first; double click compares"
+_LAYER_TIPS = ("What was done", "Vertices that have another value since", "Whether it is in view now")
+_SELECT_STALE = "stale"
 
 
 class RebakePanel(QWidget):
@@ -24,10 +26,15 @@ class RebakePanel(QWidget):
 
     auto_toggled = pyqtSignal(bool)
     layer_chosen = pyqtSignal(int)
+    layer_activated = pyqtSignal()
+    stale_asked = pyqtSignal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._stale = _text()
+        self._stale.linkActivated.connect(lambda _link: self.stale_asked.emit())
+        self._settings = _text()
+        self._settings.setObjectName("hint")
         self.auto = QCheckBox("At once, after every change")
         self.auto.setToolTip(
             "Rebake whatever a change reaches as soon as it is made. A further change takes the place of the rebake "
@@ -35,6 +42,7 @@ class RebakePanel(QWidget):
         )
         self.auto.toggled.connect(self.auto_toggled)
         self._buttons = QGridLayout()
+        self._buttons.setSpacing(4)
         self._state = _text()
         self._report = _text()
         self._report.hide()
@@ -42,12 +50,16 @@ class RebakePanel(QWidget):
         self.alpha = AlphaGroup()
         layers = QGroupBox("Layers")
         self.layers = RowsView(("Layer", "Vertices", "State"), stretch=0)
+        self.layers.rows.set_headings(("Layer", "Vertices", "State"), _LAYER_TIPS)
         self.layers.setToolTip(_LAYER_TIP)
+        self.layers.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self.layers.doubleClicked.connect(lambda _index: self.layer_activated.emit())
         self.layers.setMinimumHeight(110)
         selection = self.layers.selectionModel()
         assert selection is not None
         selection.selectionChanged.connect(lambda *_: self.layer_chosen.emit(self.chosen_layer()))
-        self._layer_buttons = QGridLayout()
+        self._layer_buttons = QVBoxLayout()
+        self._layer_buttons.setSpacing(4)
         inner = QVBoxLayout(layers)
         inner.setContentsMargins(4, 4, 4, 4)
         inner.addWidget(self.layers, 1)
@@ -56,6 +68,7 @@ class RebakePanel(QWidget):
         layout.setContentsMargins(6, 6, 6, 6)
         layout.addWidget(self._stale)
         layout.addLayout(self._buttons)
+        layout.addWidget(self._settings)
         layout.addWidget(self.auto)
         layout.addWidget(self._state)
         layout.addWidget(self._report)
@@ -64,15 +77,34 @@ class RebakePanel(QWidget):
         layout.addWidget(layers, 1)
         self.show_stale(None)
         self.show_state("")
+        self.show_settings("")
         self.show_layers(())
 
     def add_buttons(self, actions: Sequence[QAction], words: Sequence[str]) -> None:
-        """Puts actions above the state, two a row, under short words."""
-        fill_grid(actions, words, grid=self._buttons)
+        """Puts actions above the state under short words: the first in a row of its own, the others three a row."""
+        self._buttons.addWidget(action_button(actions[0], words[0]), 0, 0, 1, 3)
+        for number, (action, word) in enumerate(zip(actions[1:], words[1:], strict=True)):
+            self._buttons.addWidget(action_button(action, word), 1 + number // 3, number % 3)
 
     def add_layer_buttons(self, actions: Sequence[QAction], words: Sequence[str]) -> None:
         """Puts actions below the layers, two a row, under short words."""
-        fill_grid(actions, words, grid=self._layer_buttons)
+        self._layer_buttons.addLayout(fill_grid(actions, words))
+
+    def add_layer_rows(self, rows: Sequence[tuple[str, Sequence[QAction]]], words: Sequence[str]) -> None:
+        """Puts a table of actions below the layers: what is done, and to what of a layer.
+
+        Args:
+            rows: What the row does, and its actions.
+            words: What the columns stand for.
+        """
+        grid = QGridLayout()
+        grid.setSpacing(4)
+        for number, (title, actions) in enumerate(rows):
+            grid.addWidget(QLabel(title), number, 0)
+            for column, (action, word) in enumerate(zip(actions, words, strict=True), start=1):
+                grid.addWidget(action_button(action, word), number, column)
+                grid.setColumnStretch(column, 1)
+        self._layer_buttons.addLayout(grid)
 
     def add_group(self, group: QWidget) -> None:
         """Puts a group of another concern between the report and the smoothing."""
@@ -88,7 +120,13 @@ class RebakePanel(QWidget):
         if text is None:
             self._stale.setText(_NO_RESULT)
         else:
-            self._stale.setText(f"<b>Since the bake:</b> {text}" if text else "The result is up to date.")
+            link = f' · <a href="{_SELECT_STALE}">select</a>' if text else ""
+            self._stale.setText(f"<b>Since the bake:</b> {text}{link}" if text else "The result is up to date.")
+
+    def show_settings(self, text: str) -> None:
+        """Says which other settings than the result's a rebake would use; empty for none."""
+        self._settings.setText(text)
+        self._settings.setVisible(bool(text))
 
     def show_state(self, text: str) -> None:
         """What a rebake under way does; empty without one."""

@@ -86,7 +86,7 @@ class RebakePart(Part):
             (
                 ActionSpec(
                     "rebake-region", menu, "Rebake the selected re&gion", "Only of objects that reach into it", group=1,
-                    needs=(*needs, "regions"),
+                    needs=(*needs, "region"),
                 ),
                 lambda: self.rebake(self._in_region()),
             ),
@@ -107,7 +107,7 @@ class RebakePart(Part):
             (
                 ActionSpec(
                     "select-region", "Regions", "Select its &objects", "Select what reaches into the selected region",
-                    group=1, needs=("regions",),
+                    group=1, needs=("region",),
                 ),
                 lambda: self._select(self._in_region()),
             ),
@@ -360,7 +360,9 @@ class RebakePart(Part):
         document, state = self.bench.document, self.bench.part(RegionsPart).state
         if document.world is None or state.regions is None:
             return ()
-        region = max(state.view.region, 0)
+        region = state.view.region
+        if not 0 <= region < len(state.regions.graph):
+            return ()
         low, high = state.regions.graph.minimum[region], state.regions.graph.maximum[region]
         boxes = object_boxes(document.world)
         inside = (boxes[:, 0] <= high).all(axis=1) & (boxes[:, 1] >= low).all(axis=1)
