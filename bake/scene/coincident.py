@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bake.equal_rows import mixed_keys, stable_order
 from bake.in_parts import in_parts
 from bake.scene.remembered import remembered
-from bake.scene.weld import known_places, mixed_keys, stable_order
+from bake.scene.weld import known_places
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 
 
@@ -45,7 +46,7 @@ def coincident_of_welded(welded: Int64Array) -> CoincidentFaces:
     def prepare(begin: int, end: int) -> None:
         low, middle, high = _sorted_columns(welded[begin:end])
         is_proper[begin:end] = (low != middle) & (middle != high)
-        keys[begin:end] = mixed_keys(np.stack((low, middle, high), axis=1).astype(np.uint64))
+        keys[begin:end] = mixed_keys((low, middle, high))
 
     in_parts(prepare, count)
     proper = np.flatnonzero(is_proper)

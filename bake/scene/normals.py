@@ -13,11 +13,12 @@ from scipy.sparse.csgraph import (  # pyright: ignore[reportMissingTypeStubs]
     connected_components,  # pyright: ignore[reportUnknownVariableType]
 )
 
+from bake.equal_rows import stable_order
 from bake.in_parts import in_parts
 from bake.scene.remembered import remembered
 from bake.scene.surface import referenced_vertices
-from bake.scene.triangles import Triangles, Vectors, columns, dot, normals_of
-from bake.scene.weld import stable_order, weld_positions
+from bake.scene.weld import weld_positions
+from bake.triangles import Triangles, Vectors, columns, dot, normals_of
 from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array
 
 # Faces around one edge that are all compared with each other; more than that only in deliberately odd files.

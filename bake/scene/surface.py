@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bake.in_parts import in_parts
-from bake.scene.triangles import Triangles, dot, normals_of
+from bake.triangles import Triangles, dot, normals_of
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 
 SLIVER_RATIO = 1e-6  # height over longest edge
