@@ -17,14 +17,15 @@ The relation is made transitive, so that a fan of slightly turned normals welds 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from bake.equal_rows import number_rows, stable_order
+from bake.in_parts import in_parts
+from bake.triangles import Triangles, columns, normals_of
 from bake.types import BoolArray, Float64Array, Int64Array, World
 
 ACROSS_OBJECTS = 1e-4
@@ -62,11 +63,15 @@ def outward_normals(world: World) -> Float64Array:
     A normal that points against the area-weighted mean of its faces' normals is turned round (as NVIDIA's baking
     sample does per face); a vertex without a normal takes that mean.
     """
-    corner = world.positions[world.faces]
-    scaled = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    triangles, scaled = Triangles(world.positions, world.faces), np.empty((3, world.face_count))
+
+    def part(begin: int, end: int) -> None:
+        scaled[:, begin:end] = normals_of(triangles.sides(begin, end))
+
+    in_parts(part, world.face_count)
     mean = np.empty((world.vertex_count, 3))
     for axis in range(3):
-        mean[:, axis] = np.bincount(world.faces.ravel(), np.repeat(scaled[:, axis], 3), minlength=world.vertex_count)
+        mean[:, axis] = np.bincount(world.faces.ravel(), np.repeat(scaled[axis], 3), minlength=world.vertex_count)
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
     normals = world.normals.astype(np.float64)
     against = np.einsum("ij,ij->i", normals, mean) < 0
@@ -93,7 +98,7 @@ def _places(world: World, chosen: Int64Array, weld_instances: bool, extent: floa
     quantum = weld_quantum(float(np.abs(positions).max()) if extent is None else extent)
     cells: Float64Array = np.round(positions / quantum)
     own = np.where(across, -1, owner)
-    place = _equal_rows(np.column_stack([own, cells]))
+    place, _ = number_rows([own.astype(np.float64), *columns(cells)])
     if across.any():
         members = np.flatnonzero(across)
         _, first = np.unique(place[members], return_index=True)
@@ -107,9 +112,20 @@ def _places(world: World, chosen: Int64Array, weld_instances: bool, extent: floa
 
 def _split_at_creases(place: Int64Array, normals: Float64Array, crease_angle: float) -> Int64Array:
     """Parts each place into groups whose normals are linked by steps within the crease angle, shape (n,)."""
-    group = _equal_rows(np.column_stack([place, np.round(normals * 2048.0)]))
-    _, first = np.unique(group, return_index=True)  # one vertex for each distinct normal at a place
-    order = first[np.argsort(place[first], kind="stable")]
+    shared = np.bincount(place)[place] > 1
+    alone, several = np.flatnonzero(~shared), np.flatnonzero(shared)
+    group = np.empty(len(place), np.int64)
+    group[alone] = np.arange(len(alone))
+    if len(several):
+        group[several] = len(alone) + _parted(place[several], normals[several], crease_angle)
+    return group
+
+
+def _parted(place: Int64Array, normals: Float64Array, crease_angle: float) -> Int64Array:
+    """The groups of vertices that share their places with others, shape (n,)."""
+    # one vertex for each distinct normal at a place
+    group, first = number_rows([place.astype(np.float64), *columns(np.round(normals * 2048.0))])
+    order = first[stable_order(place[first].astype(np.uint64), int(place.max()))]
     here = place[order]
     cosine = np.cos(np.radians(crease_angle)) - 1e-9
     left: list[Int64Array] = []
@@ -128,29 +144,6 @@ def _split_at_creases(place: Int64Array, normals: Float64Array, crease_angle: fl
     if not left:
         return group
     return _merge(group, np.concatenate(left), np.concatenate(right))
-
-
-_MIXER = np.uint64(0x9E3779B97F4A7C15)  # as in splitmix64 (Steele, Lea, Flood 2014)
-
-
-def _equal_rows(rows: NDArray[np.floating[Any] | np.integer[Any]]) -> Int64Array:
-    """A number for each row, equal for equal rows, shape (n,)."""
-    words = np.ascontiguousarray(rows, np.float64) + 0.0  # -0.0 is 0.0
-    with np.errstate(over="ignore"):
-        keys = np.zeros(len(rows), np.uint64)
-        for column in words.view(np.uint64).reshape(words.shape).T:
-            keys = (keys ^ column) * _MIXER
-            keys ^= keys >> np.uint64(31)
-    _, first, number = np.unique(keys, return_index=True, return_inverse=True)
-    number = number.reshape(-1).astype(np.int64)
-    if np.array_equal(words[first[number]], words):
-        return number
-    order = np.lexsort(rows.T)  # two rows with one 64-bit key: never seen, still handled
-    new = np.ones(len(rows), np.bool_)
-    new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
-    number = np.empty(len(rows), np.int64)
-    number[order] = np.cumsum(new) - 1
-    return number
 
 
 def _merge(labels: Int64Array, left: Int64Array, right: Int64Array) -> Int64Array:
