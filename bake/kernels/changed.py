@@ -281,11 +281,18 @@ def changed_kernel(tracer: str, fog: bool, trees: bool) -> Any:
                         new_fate = ended
                         old_through = False
                         new_through = False
+            # Of faces back to back only the whole scenes tell which one counts.
+            tied = hit.primitive >= 0 and (
+                (old_hit.primitive >= 0 and old_hit.distance == hit.distance)
+                or (new_hit.primitive >= 0 and new_hit.distance == hit.distance)
+            )
+            behind = (old_fate.back == 1 or new_fate.back == 1) and (tied or not same(old_fate, new_fate))
             # What nothing stops is looked at twice only where it is the first ray, which is always in doubt.
             doubtful = j == 0
             if (
                 old_through
                 or new_through
+                or behind
                 or (second_look and doubtful and (old_fate.struck == 0 or new_fate.struck == 0))
             ):
                 old_fate = follow(

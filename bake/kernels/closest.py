@@ -30,10 +30,11 @@ class Hit:
 # that no ray ever exists in an array. The structs are RTCRayHit, RTCRayQueryContext (with room to spare, and our mask
 # behind it), RTCFilterFunctionNArguments and RTCIntersectArguments of Embree 4; word 5 of a hit is its primitive.
 #
-# `scene` leads to six numbers: an RTCScene, how many primitives it has, a second one or 0, a mask or 0, and for
-# `coincident` the primitives' faces and openness. The second scene holds what was added since the first was built; its
-# primitives are counted on from those of the first. A primitive whose byte in the mask is not 0 is passed over while
-# the structures are walked: what lies behind it, or in the same plane, is found as if it had never been there.
+# `scene` leads to seven numbers: an RTCScene, how many primitives it has, a second one or 0, a mask or 0, and for
+# `coincident` the primitives' faces, their openness and whether they have two sides. The second scene holds what was
+# added since the first was built; its primitives are counted on from those of the first. A primitive whose byte in the
+# mask is not 0 is passed over while the structures are walked: what lies behind it, or in the same plane, is found as
+# if it had never been there.
 _EMBREE = """
     struct alignas(16) RayHit {
         float org[3]; float tnear; float dir[3]; float time; float tfar; unsigned mask; unsigned id; unsigned flags;
@@ -208,7 +209,7 @@ def nudged(direction: wp.vec3) -> wp.vec3:
 def embree_closest(
     entry: wp.uint64, scene: wp.uint64, origin: wp.vec3, direction: wp.vec3, t_min: wp.float32, t_max: wp.float32
 ) -> Hit:
-    """Closest hit by Embree; `entry` is the address of rtcIntersect1, `scene` that of six 64-bit numbers."""
+    """Closest hit by Embree; `entry` is the address of rtcIntersect1, `scene` that of seven 64-bit numbers."""
     return unpack(_embree(entry, scene, origin, direction, t_min, t_max))
 
 

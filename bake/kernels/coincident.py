@@ -1,9 +1,11 @@
-"""Which of several faces in one place a ray meets: an opaque one, or else that of the lowest number, whatever the tree.
+"""Which of several faces in one place a ray meets, whatever the tree.
 
-Cards of leaves are often there twice, and some levels have an opaque face where a partly open one is. Only one of the
-faces in one place counts, and Embree reports any, by the way its tree is built and walked; a scene with one object more
-or less would stop other rays. What it reports is settled only where it is partly open, since an opaque one wins in any
-case. Warp's walk breaks ties by itself, by the lowest number alone.
+Cards of leaves are often there twice, walls may be two faces back to back, and some levels have an opaque face where a
+partly open one is. Only one of the faces in one place counts, and Embree reports any, by the way its tree is built and
+walked; a scene with one object more or less would stop other rays, or take other samples for buried. An opaque face
+wins, then one that does not prove that the ray came from behind, then that of the lowest number. So what Embree reports
+is settled only where it is partly open or struck from behind. Warp's walk breaks ties by itself, by the lowest number
+alone.
 """
 
 from __future__ import annotations
@@ -12,14 +14,15 @@ from typing import Any
 
 import warp as wp
 
+from bake import geometry
 from bake.kernels.closest import Hit, bvh_closest, embree_closest, unpack, vec5d
 from bake.kernels.closest_without import bvh_closest_without
 
 wp.set_module_options({"enable_backward": False, "fast_math": False})
 
-# `scene` and the structs are those of `closest`; the scene's last two numbers lead to the face and the openness of each
-# primitive. Word 8 of a ray is the candidate's distance. All candidates about a known hit are turned down after a look,
-# so that Embree goes on to the next.
+# `scene` and the structs are those of `closest`; the scene's last three numbers lead to the face and the openness of
+# each primitive, and to whether it has two sides. `behind` is `follow.strikes_back`. Word 8 of a ray is the candidate's
+# distance. All candidates about a known hit are turned down after a look, so that Embree goes on to the next.
 _EMBREE = """
     struct alignas(16) RayHit {
         float org[3]; float tnear; float dir[3]; float time; float tfar; unsigned mask; unsigned id; unsigned flags;
@@ -27,7 +30,13 @@ _EMBREE = """
     } r;
     struct Context {
         unsigned instances[8]; const unsigned char* gone; const int* face; const float* open;
+        const unsigned char* two_sided; const float* d;
         unsigned first; float t; unsigned prim; float ng[3]; float u; float v;
+        bool behind(unsigned p, const float* n, float a, float b) const {
+            const float cosine = (n[0] * d[0] + n[1] * d[1] + n[2] * d[2])
+                / wp::sqrt(wp::max(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], 1e-37f));
+            return cosine > GRAZING && wp::min(1.0f - a - b, wp::min(a, b)) > EDGE && !two_sided[p];
+        }
     } context;
     struct Candidate {
         int* valid; void* user; Context* context; const float* ray; const unsigned* hit; unsigned count;
@@ -41,6 +50,9 @@ _EMBREE = """
     context.gone = (const unsigned char*)held[3];
     context.face = (const int*)held[4];
     context.open = (const float*)held[5];
+    context.two_sided = (const unsigned char*)held[6];
+    const float along_ray[3] = {d[0], d[1], d[2]};
+    context.d = along_ray;
     context.t = 3.4e38f;
     context.prim = 0xffffffffu;
     arguments.flags = 2u;
@@ -54,8 +66,12 @@ _EMBREE = """
         if (best.gone && best.gone[prim]) return;
         if (t > best.t) return;
         if (t == best.t) {
+            const float* other = (const float*)candidate->hit;
             const bool open = best.open[prim] > 0.0f, best_open = best.open[best.prim] > 0.0f;
-            if (open != best_open ? open : best.face[prim] > best.face[best.prim]) return;
+            const bool behind = best.behind(prim, other, other[3], other[4]);
+            const bool best_behind = best.behind(best.prim, best.ng, best.u, best.v);
+            const bool later = best.face[prim] > best.face[best.prim];
+            if (open != best_open ? open : behind != best_behind ? behind : later) return;
         }
         const float* hit = (const float*)candidate->hit;
         best.t = t; best.prim = prim; best.ng[0] = hit[0]; best.ng[1] = hit[1]; best.ng[2] = hit[2];
@@ -83,7 +99,7 @@ _EMBREE = """
     result[3] = 1.0f - context.u - context.v;
     result[4] = context.u;
     return result;
-"""
+""".replace("GRAZING", f"{geometry.GRAZING_COSINE}f").replace("EDGE", f"{geometry.EDGE_BARYCENTRIC:f}f")
 
 
 @wp.func_native(_EMBREE)
@@ -117,7 +133,7 @@ _SETTLED: dict[Any, Any] = {
 
 
 def settler(closest_hit: Any) -> Any:
-    """The device function that settles which of the faces at a partly open hit counts, for one of `CLOSEST`'s.
+    """The device function that settles which of the faces in the place of a hit counts, for one of `CLOSEST`'s.
 
     `f(entry, scene, origin, direction, t_min, hit) -> Hit`, with the `t_min` that the hit was found with.
     """

@@ -81,7 +81,7 @@ def follower(closest_hit: Any, leaks_at_vertices: bool) -> Any:
             if hit.primitive < 0:
                 break
             passes = openness_at(surface, hit.primitive, hit.weights)
-            if passes > 0.0:
+            if passes > 0.0 or (layer == 0 and strikes_back(surface, hit)):
                 hit = settled(entry, scene, origin, direction, t_min, hit)
                 passes = openness_at(surface, hit.primitive, hit.weights)
             if layer == 0:

@@ -22,6 +22,7 @@ from bake.solve.block import Block, entries_of, square_error
 from bake.solve.conjugate_gradient import HELD, BoxSolution, BoxSolver
 from bake.solve.direct import finished
 from bake.solve.mass import FaceMoments
+from bake.solve.starved import rows_of, settle_starved
 from bake.solve.system import Equations
 from bake.types import BoolArray, Float64Array, Int64Array
 
@@ -164,18 +165,10 @@ def _gradient(block: Block, equations: Equations, zone: Int64Array, alpha: float
         gradient = block.gradient + (pull - old)[:, None] * x
         gradient -= pull[:, None] * equations.average - old[:, None] * average
     if len(zone):
-        start, column, entry = _rows(equations, alpha, zone)
+        start, column, entry = rows_of(equations, alpha, zone)
         rows = csr_array((entry, column, start), shape=(len(zone), len(x)))
         gradient[zone] = rows @ x - (equations.data[zone] + pull[zone, None] * equations.average[zone])
     return gradient
-
-
-def _rows(equations: Equations, alpha: float, members: Int64Array) -> tuple[Int64Array, Int64Array, Float64Array]:
-    """Row pointers, columns and entries of some rows of the matrix."""
-    surface = equations.surface
-    places = entries_of(surface.indptr, members)
-    start = np.concatenate([[0], np.cumsum(np.diff(surface.indptr)[members])]).astype(np.int64)
-    return start, surface.indices[places].astype(np.int64), equations.entries(alpha, places)
 
 
 def _patch(
@@ -189,7 +182,7 @@ def _patch(
     columns: Columns,
 ) -> int:
     """Solves for some values, the others held, in place; returns the iterations."""
-    start, column, entry = _rows(equations, alpha, members)
+    start, column, entry = rows_of(equations, alpha, members)
     slot = np.full(len(x), -1, np.int64)
     slot[members] = np.arange(len(members))
     inner = slot[column]
@@ -270,6 +263,17 @@ def solve_whole(block: Block, alpha: float, mapping: MappingKind, tolerance: flo
             residual = max(residual, float(np.where(bad, 0.0, solution.residual).max(initial=0.0)))
     back = np.repeat(failed, np.diff(first))
     values[back], held[back], gradient[back] = system.average[back], False, 0.0
+    if within is None:
+        settle_starved(
+            block.equations,
+            alpha,
+            values,
+            held,
+            gradient,
+            but=back,
+            tolerance=WHOLE_TOLERANCE,
+            most_iterations=MOST_ITERATIONS,
+        )
     done = _finished(block, values, gradient, held, failed, tolerance, pull)
     if within is None:
         return Solved(done, iterations, residual, len(x))

@@ -17,6 +17,7 @@ from bake.solve.conjugate_gradient import BoxSolution, BoxSolver
 from bake.solve.direct import finished
 from bake.solve.mass import FaceMoments, at_corners, face_moments, right_hand_side
 from bake.solve.prior import SceneScatter
+from bake.solve.starved import settle_starved
 from bake.solve.surface import build_surface
 from bake.solve.system import Equations, System, build_equations
 from bake.types import (
@@ -200,6 +201,7 @@ class VertexMapper:
         if back.any():
             logger.warning("%d components did not converge and keep their average", int(failed.sum()))
             values[back], held[back] = system.average[back], False
+        settle_starved(equations, alpha, values, held, but=back, tolerance=TOLERANCE, most_iterations=MOST_ITERATIONS)
         limited = equations.limited if alpha > 0.0 else 0
         return _Outcome(values, held, iterations, residual, limited, int(np.count_nonzero(back)))
 

@@ -73,6 +73,7 @@ def part_of(whole: Surface, rows: Int64Array) -> SurfacePart:
         corners=corners,
         area=whole.area[rows],
         owner=whole.owner[rows],
+        typical=whole.typical[rows],
         position=whole.position[unknowns],
         first=np.array([0, len(unknowns)]),
         face_edge=face_edge,

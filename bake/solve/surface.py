@@ -29,6 +29,7 @@ class Surface:
         corners: Shape (m, 3), int64: unknowns of each receiving face.
         area: Shape (m,), float64, m².
         owner: Shape (m,), int32: object of each receiving face.
+        typical: Shape (m,), float64, m²: mean area of its object's faces.
         position: Shape (u, 3), float64, metres.
         first: Shape (c + 1,), int64: component i owns unknowns `first[i]:first[i + 1]`.
         face_edge: Shape (m, 3), int64: edge of corners (0, 1), (1, 2), (2, 0); -1 where the two are one unknown.
@@ -44,6 +45,7 @@ class Surface:
     corners: Int64Array
     area: Float64Array
     owner: Int64Array
+    typical: Float64Array
     position: Float64Array
     first: Int64Array
     face_edge: Int64Array
@@ -107,6 +109,7 @@ def build_surface(
     position = np.zeros((count, 3))
     position[unknown[baked]] = world.positions[baked]
 
+    owner = world.face_object[faces].astype(np.int64)
     normals, area = face_normals(position, corners)
     normals = without_slivers(normals, area, position, corners)
     edges = find_edges(corners, normals, crease_angle, world.face_samples[faces])
@@ -121,7 +124,8 @@ def build_surface(
         row=row,
         corners=corners,
         area=area,
-        owner=world.face_object[faces].astype(np.int64),
+        owner=owner,
+        typical=_typical(owner, area),
         position=position,
         first=first,
         face_edge=edges.of_face,
@@ -131,6 +135,14 @@ def build_surface(
         indices=indices,
         order=order,
     )
+
+
+def _typical(owner: Int64Array, area: Float64Array) -> Float64Array:
+    """The mean area of each face's object, shape (m,)."""
+    if not len(owner):
+        return area
+    count = np.bincount(owner)
+    return (np.bincount(owner, area) / np.maximum(count, 1))[owner]
 
 
 _NO_BUTTERFLIES = Butterflies(

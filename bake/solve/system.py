@@ -39,8 +39,8 @@ NARROWEST = 1e-4
 """What is narrower than this share of its longest side fills as if it were that wide: nothing but the face decides, so
 that no other object has a say in it."""
 
-POINT = 1e-30
-"""Area in m² that a face of no length at all fills with: just enough that no row is empty."""
+POINT = 1e-6
+"""Share of its object's mean face that a face of no length at all fills with."""
 
 LARGE = 100_000
 """Faces from which on two halves of the assembly are worth doing side by side."""
@@ -209,8 +209,9 @@ def _fill(surface: Surface, starved: BoolArray) -> tuple[Float64Array, Float64Ar
     # Degenerate faces carry the fill too, lest their corners hang on nothing: as much as if they were a little wider.
     weight = np.zeros(len(touched))
     corners = surface.position[surface.corners[touched]]
+    least = POINT * np.maximum(surface.typical[touched], 1e-30)
     longest = np.square(corners - corners[:, [1, 2, 0]]).sum(axis=2).max(axis=1)
-    weight[touched] = STARVED / 12.0 * np.maximum(surface.area[touched], np.maximum(NARROWEST * longest, POINT))
+    weight[touched] = STARVED / 12.0 * np.maximum(surface.area[touched], np.maximum(NARROWEST * longest, least))
     per_corner = np.repeat(weight[:, None], 3, axis=1)
     diagonal, edges = spread_pairs(surface, at_corners(surface, 2.0 * per_corner), -per_corner)
     return diagonal, edges, at_corners(surface, 4.0 * per_corner)

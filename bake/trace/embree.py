@@ -75,14 +75,16 @@ class TracerEmbree(TracerFused):
         added = self._second.address if self._second is not None and second else 0
         mask = 0 if gone is None else gone.ctypes.data
         faces = self.cast_face.ctypes.data
-        openness = int(self.surface.openness.ptr or 0)
-        return np.array([self._first.address, self._first.triangles, added, mask, faces, openness], np.uint64)
+        openness, two_sided = int(self.surface.openness.ptr or 0), int(self.surface.two_sided.ptr or 0)
+        return np.array(
+            [self._first.address, self._first.triangles, added, mask, faces, openness, two_sided], np.uint64
+        )
 
     @contextmanager
     def part(self, faces: Int32Array) -> Generator[tuple[int, int]]:
         """Closest hits in a few faces; see `TracerFused.part`."""
         scene = EmbreeScene(*self._geometry(faces))
-        held = np.array([scene.address, len(faces), 0, 0, 0, 0], np.uint64)  # its hits are never settled
+        held = np.array([scene.address, len(faces), 0, 0, 0, 0, 0], np.uint64)  # its hits are never settled
         try:
             yield self.entry, held.ctypes.data
         finally:
