@@ -14,6 +14,7 @@ from bake.pipeline import any_decorators, bake_findings, occluders, open_tracer,
 from bake.rebake.around import rebaked_around
 from bake.rebake.changes import changed_objects
 from bake.rebake.decorated import rebaked_regions, rebaked_trees
+from bake.rebake.first_look import can_look, first_look
 from bake.rebake.reach import Places
 from bake.rebake.rows import samples_after
 from bake.rebake.setting_changes import SAMPLES, SOLVE
@@ -58,25 +59,31 @@ def follow(
         first: See `RebakeSession.rebake`.
     """
     world, settings = edit.world, edit.settings
-    (samples, places, rows), seconds = yield from patiently("reach", lambda: _planned(state, edit, bound))
-    if len(samples) == 0 and not any_decorators(world, settings):
-        raise SceneError(
-            "nothing receives ambient obscurance", where=str(edit.scene.path), remedy="check the objects' roles"
-        )
-    why = f"of {len(samples):,} samples {len(rows.whole):,} whole, {len(rows.check):,} in part"
-    clock.ran("reach", why, seconds)
-
     old = kept = state.tracer
-    if old is None and len(rows.check):
-        result = state.result
-        old, seconds = yield from open_tracer(result.world, result.settings, device, state.fog)
-        clock.ran("build BVH as it was", occluders(result.world, old), seconds)
-        state = dataclasses.replace(state, tracer=old)
     tracer = yield from _tracer(state, edit, device, clock)
     try:
+        looked = 0
+        if can_look(state, edit):  # all of the level's samples are gone through only after the first picture
+            begin = time.perf_counter()
+            part, looked = first_look(state, edit, tracer)  # here: no thread may be left to trace when we are closed
+            clock.ran("first look", f"{len(part.vertices):,} vertices shown", time.perf_counter() - begin, looked)
+            yield part
+        (samples, places, rows), seconds = yield from patiently("reach", lambda: _planned(state, edit, bound))
+        if len(samples) == 0 and not any_decorators(world, settings):
+            raise SceneError(
+                "nothing receives ambient obscurance", where=str(edit.scene.path), remedy="check the objects' roles"
+            )
+        why = f"of {len(samples):,} samples {len(rows.whole):,} whole, {len(rows.check):,} in part"
+        clock.ran("reach", why, seconds)
+        if old is None and len(rows.check):
+            result = state.result
+            old, seconds = yield from open_tracer(result.world, result.settings, device, state.fog)
+            clock.ran("build BVH as it was", occluders(result.world, old), seconds)
+            state = dataclasses.replace(state, tracer=old)
         begin = time.perf_counter()
         work = SurfaceTrace(state, edit, samples, rows, tracer, first=first, exact=bound <= 0.0)
         rays = yield from work.run(old)
+        rays = dataclasses.replace(rays, rays_traced=rays.rays_traced + looked)
         clock.ran("trace", f"{len(rays.changed):,} samples changed", time.perf_counter() - begin, rays.rays_traced)
         update = yield from _solved(state, edit, samples, rays, clock, tolerance=TOLERANCE if bound > 0.0 else 0.0)
         field = _adopted(state, edit, update.field)

@@ -20,13 +20,11 @@ class DeltaPreview:
     def __init__(self, result: BakeResult, edit: Edit, samples: SampleSet) -> None:
         world = edit.world
         self._world, self._samples, self._wanted = world, samples, edit.wanted
-        before = np.full((world.vertex_count, edit.settings.distance_count), np.nan, np.float32)
-        known = np.flatnonzero(edit.change.old_vertex >= 0)
-        before[known] = result.field.ao[edit.change.old_vertex[known]]
-        self._before = before
+        self._before = before = _values_before(result, edit)
         self._has_value: BoolArray = np.asarray(np.isfinite(before).all(axis=1))
         self._mass: Float64Array = np.zeros(world.vertex_count)
         self._sum: Float64Array = np.zeros(before.shape)
+        self._spread: Float64Array = np.zeros(before.shape)
         self._told = np.zeros(len(samples), np.bool_)
         self._last = np.zeros((len(samples), before.shape[1]), np.float32)
 
@@ -69,7 +67,7 @@ class DeltaPreview:
         """Values where some samples changed and all others, as far as is known, did not.
 
         Args:
-            rows: Shape (r,), samples that changed.
+            rows: Shape (r,), samples that changed, no row twice; those of earlier calls keep what they said there.
             moved: Shape (r, k): by how much.
             rays_done, rays_total: For the partial.
         """
@@ -87,8 +85,21 @@ class DeltaPreview:
         count = len(vertices) + 1
         mass = np.bincount(place[world.faces[around]].ravel(), np.repeat(areas, 3), minlength=count)[:-1]
         values = self._before[vertices].astype(np.float64)
+        step = (moved - self._last[rows]).astype(np.float64)
+        self._last[rows] = moved
         for column in range(values.shape[1]):
-            change = weights * moved[:, column, None].astype(np.float64)
-            total = np.bincount(place[corners].ravel(), change.ravel(), minlength=count)[:-1]
-            values[:, column] += total / np.maximum(mass, 1e-300)
+            change = weights * step[:, column, None]
+            self._spread[vertices, column] += np.bincount(place[corners].ravel(), change.ravel(), minlength=count)[:-1]
+            values[:, column] += self._spread[vertices, column] / np.maximum(mass, 1e-300)
         return Partial(vertices, np.clip(values, 0.0, 1.0).astype(np.float32), rays_done, rays_total)
+
+
+def _values_before(result: BakeResult, edit: Edit) -> Float32Array:
+    """The old values at the edited world's vertices, NaN where there were none."""
+    former, ao = edit.change.old_vertex, result.field.ao
+    if len(former) == len(ao) and np.array_equal(former, np.arange(len(ao))):
+        return ao
+    before = np.full((edit.world.vertex_count, edit.settings.distance_count), np.nan, np.float32)
+    known = np.flatnonzero(former >= 0)
+    before[known] = ao[former[known]]
+    return before

@@ -12,9 +12,14 @@ at 0 nothing is left to chance: whatever may be struck at all is looked at.
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bake.geometry import OFFSET_ULPS
 from bake.rebake.casters import Casters, Parts
@@ -26,6 +31,8 @@ BLOCK = 512
 """Neighbouring points that are looked at together before each is looked at for itself."""
 
 _CHUNK = 1 << 18
+_SPAN = 1 << 15
+_POOL = ThreadPoolExecutor(os.cpu_count() or 1, "reach")
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +146,26 @@ def reach(
     return Reached(np.maximum(before, after), np.maximum(single_before, single_after))
 
 
+def nearest_blocks(places: Places, casters: Casters, settings: BakeSettings, count: int) -> Int64Array:
+    """At most `count` blocks at whose points the edit may do most, those first; none where it can do nothing.
+
+    Args:
+        places: The points.
+        casters: What changed.
+        settings: Kernel and distances.
+        count: How many.
+    """
+    bound = np.zeros(len(places.radius))
+    for parts in (casters.before, casters.after):
+        total = np.zeros(len(bound))
+        for centre, radius in zip(parts.centre, parts.radius, strict=True):
+            away = np.linalg.norm(places.centre - centre, axis=1) - places.radius
+            total += _bound(np.maximum(away, 0.0), float(radius) + places.lift, settings)[0]
+        np.maximum(bound, total, out=bound)
+    order = np.argsort(-bound, kind="stable")[:count]
+    return order[bound[order] > 0.0]
+
+
 def _side(
     places: Places, parts: Parts, settings: BakeSettings, near: float, near_single: float
 ) -> tuple[Float32Array, Float32Array]:
@@ -154,30 +181,52 @@ def _side(
         rest = (whole <= near) & (one <= near_single)
         total += np.repeat(np.where(rest, whole, 0.0).astype(np.float32), sizes)
         np.maximum(single, np.repeat(np.where(rest, one, 0.0).astype(np.float32), sizes), out=single)
-        rows = _rows_of(np.flatnonzero(~rest), len(places))
-        for begin in range(0, len(rows), _CHUNK):
-            part = rows[begin : begin + _CHUNK]
-            offset = places.points[part] - centre.astype(np.float32)
-            squared = np.einsum("ij,ij->i", offset, offset)
-            bound, one = _bound(np.sqrt(squared, dtype=np.float64), wide, settings)
-            if places.normals is not None:
-                below = np.einsum("ij,ij->i", offset, places.normals[part]) > np.float32(wide)
-                bound[below] = one[below] = 0.0  # all of it lies below the face
-            total[part] += bound.astype(np.float32)
-            single[part] = np.maximum(single[part], one.astype(np.float32))
+        runs = _runs_of(np.flatnonzero(~rest), len(places))
+        refine = partial(_refine, places, settings, centre.astype(np.float32), wide, (total, single))
+        for _ in _POOL.map(refine, runs):
+            pass
     return total, single
 
 
-def _rows_of(blocks: Int64Array, count: int) -> Int64Array:
-    rows = (blocks[:, None] * BLOCK + np.arange(BLOCK)).ravel()
-    return rows[rows < count]
+def _refine(
+    places: Places,
+    settings: BakeSettings,
+    centre: Float32Array,
+    wide: float,
+    found: tuple[Float32Array, Float32Array],
+    run: slice,
+) -> None:
+    """Adds what a sphere may do at a span of points."""
+    offset = places.points[run] - centre
+    squared = np.einsum("ij,ij->i", offset, offset)
+    bound, one = _bound(np.sqrt(squared), wide, settings)
+    if places.normals is not None:
+        below = np.einsum("ij,ij->i", offset, places.normals[run]) > np.float32(wide)
+        bound[below] = one[below] = 0.0  # all of it lies below the face
+    found[0][run] += bound
+    np.maximum(found[1][run], one, out=found[1][run])
 
 
-def _bound(distance: Float64Array, radius: float, settings: BakeSettings) -> tuple[Float64Array, Float64Array]:
-    """For a sphere at some distances from its centre: the bound, in AO, and what one ray may change, shape (n,)."""
+def _runs_of(blocks: Int64Array, count: int) -> list[slice]:
+    """Spans of points that hold some blocks, ascending, none longer than `_SPAN`."""
+    if not len(blocks):
+        return []
+    step = _SPAN // BLOCK
+    apart = (np.diff(blocks) != 1) | (blocks[1:] // step != blocks[:-1] // step)
+    begins = np.concatenate(([0], np.flatnonzero(apart) + 1))
+    ends = np.concatenate((begins[1:], [len(blocks)])) - 1
+    pairs = zip(blocks[begins].tolist(), blocks[ends].tolist(), strict=True)
+    return [slice(a * BLOCK, min((b + 1) * BLOCK, count)) for a, b in pairs]
+
+
+def _bound(distance: NDArray[Any], radius: float, settings: BakeSettings) -> tuple[NDArray[Any], NDArray[Any]]:
+    """For a sphere at some distances from its centre: the bound, in AO, and what one ray may change, shape (n,), of the
+    distances' own type."""
     gap = np.maximum(distance - radius, 0.0)
-    one = np.ones(len(gap))
+    one = np.ones_like(gap)
     if settings.kernel is Kernel.OBSCURANCE:
-        one = np.exp2(-gap / max(settings.distances))
-    one = np.where(gap <= settings.trace_distance * (1.0 + 1e-5), one, 0.0)
-    return one * np.minimum(1.0, np.square(radius / np.maximum(distance, radius))), one
+        np.exp2(gap * (-1.0 / max(settings.distances)), out=one)
+    if float(gap.max(initial=0.0)) > settings.trace_distance:
+        one[gap > settings.trace_distance * (1.0 + 1e-5)] = 0.0
+    share = radius / np.maximum(distance, radius)
+    return one * (share * share), one

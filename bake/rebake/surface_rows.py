@@ -77,7 +77,7 @@ def plan_rows(state: State, edit: Edit, samples: SampleSet, where: RowMap, place
     anchor = state.anchored
     untouched = where.carried(anchor.untouched) & ~check & ~whole
     before = where.carried(anchor.skipped)
-    if bound > 0.0 and state.anchor is not None:
+    if bound > 0.0 and state.anchor is not None and (untouched & (skipped > np.float32(bound))).any():
         net = reach(places, _since(anchor, edit), settings, near=CHECKED * bound)
         skipped = np.where(untouched, np.minimum(skipped, before + net.bound), skipped)
     whole |= ~check & (skipped > np.float32(bound))

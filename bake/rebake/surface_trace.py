@@ -16,8 +16,12 @@ from bake.trace import Tracer
 from bake.trace.changed_rays import ChangedRays, TallyChange
 from bake.types import Float64Array, Int64Array, Progress, SampleSet, Tally
 
-PASSES = 4
-"""Rays of each sample are looked at in so many parts at most, each four times the one before."""
+PASSES = 3
+"""Rays of each sample that the edit does much to are looked at in so many parts at most, each four times the one
+before."""
+
+STRONG = 1.0 / 1024.0
+"""What an edit may do to a sample, in AO, to be looked at in parts."""
 
 _FIRST = 16  # one in so many of the samples traced whole makes the first picture
 _CHUNK_RAYS = 1 << 19
@@ -120,16 +124,26 @@ class SurfaceTrace:
 
     def _check(self, rays: ChangedRays, rows: Int64Array, whole: Int64Array) -> Generator[Progress | Partial]:
         """The samples to be checked: a few rays of each, then the rest of those traced whole, then all rays."""
-        if self._exact:
+        if self._exact or rays.whole_samples:
             yield from self._trace_whole(whole)
             yield from self._check_exactly(rays, rows)
             return
+        strong = self._rows.bound[rows] > STRONG
+        parts = _parts(self._edit.settings.rays)
+        yield from self._check_in_parts(rays, rows[strong], parts, whole)
+        # Most samples can only be struck by a ray now and then: looked at once, they take a fraction of the time.
+        yield from self._check_in_parts(rays, rows[~strong], [slice(0, parts[-1].stop)], whole[:0])
+
+    def _check_in_parts(
+        self, rays: ChangedRays, rows: Int64Array, parts: list[slice], whole: Int64Array
+    ) -> Generator[Progress | Partial]:
+        """The same part of the rays of all samples, then the next; `whole` is traced after the first."""
         count, k = self._edit.settings.rays, self._edit.settings.distance_count
         ao: Float64Array = np.zeros((len(rows), k))
         hits, backs, found = (np.zeros(len(rows), np.int32) for _ in range(3))
         spans = [slice(begin, min(begin + _CHUNK, len(rows))) for begin in range(0, len(rows), _CHUNK)]
         chunks = [(own, self._samples.only(rows[own])) for own in spans]
-        for number, part in enumerate(_parts(count)):
+        for number, part in enumerate(parts):
             for own, samples in chunks:
                 change = rays.trace(samples, rays=part)
                 moved = np.flatnonzero(change.changed) + own.start
@@ -147,8 +161,10 @@ class SurfaceTrace:
             if number == 0:
                 yield from self._trace_whole(whole)
         none = np.zeros(0, np.int64)
-        every = TallyChange(ao, hits, backs, found, found, found, none, Tally.empty(0, k))
-        self._apply(rows, every)
+        some = np.flatnonzero(found)
+        once = found[some]
+        change = TallyChange(ao[some], hits[some], backs[some], once, once, once, none, Tally.empty(0, k))
+        self._apply(rows[some], change)
 
     def _check_exactly(self, rays: ChangedRays, rows: Int64Array) -> Generator[Progress | Partial]:
         step = max(1, _CHUNK_RAYS // self._edit.settings.rays)
@@ -218,7 +234,7 @@ def traced(tracer: Tracer, samples: SampleSet) -> Tally:
 
 
 def _parts(rays: int) -> list[slice]:
-    """Numbers of rays in parts that grow: 4, 12, 48 of 64."""
+    """Numbers of rays in parts that grow: 16 and 48 of 64."""
     ends = sorted({max(rays >> (2 * left), 1) for left in range(PASSES - 1)})
     return [slice(begin, end) for begin, end in zip([0, *ends[:-1]], ends, strict=True)]
 

@@ -96,6 +96,11 @@ class ChangedRays:
         if isinstance(old, TracerFused) and isinstance(new, TracerFused) and type(old) is type(new):
             self._fused = _Fused(old, new, change, low, high, opaque, self._stack)
 
+    @property
+    def whole_samples(self) -> bool:
+        """Whether the tracers have no fused kernel, so that samples can only be traced whole."""
+        return self._fused is None
+
     def trace(self, samples: SampleSet, *, rays: slice | None = None, exact: bool = False) -> TallyChange:
         """Traces the rays that can have changed.
 
