@@ -7,7 +7,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bake.errors import SolveError
@@ -180,6 +180,25 @@ def test_vertices_of_faces_without_area_are_filled() -> None:
     samples = random_samples(world, 4)
     field = solve(world, samples, ao_of(world, samples, lambda p: 0.25 + 0 * p[:, 0]))
     np.testing.assert_allclose(field.ao, 0.25, atol=1e-6)
+
+
+@given(seed=st.integers(0, 2**32 - 1), guess=st.sampled_from([0.0, 0.5, 1.0]))
+@settings(deadline=None, max_examples=15)
+def test_fills_do_not_hang_on_where_the_solve_begins(seed: int, guess: float) -> None:
+    """Vertices without samples weigh next to nothing, and still end in one place from any start."""
+    rng = np.random.default_rng(seed)
+    positions, faces = grid(9, 9)
+    positions[:, 2] = rng.uniform(0.0, 0.3, len(positions))
+    needle = np.array([[0, 100, 50]])  # from an own vertex on top of another: a face without area
+    world = make_world((np.concatenate([positions, positions[[44]]]), np.concatenate([faces, needle])))
+    samples = random_samples(world, 2, seed=seed)
+    valid = rng.random(world.face_count)[samples.face] > 0.6
+    ao = rng.random((len(samples), 1)).astype(np.float32)
+    mapper = VertexMapper(world, samples, BakeSettings())
+    cold = mapper.solve(ao, valid)
+    warm = mapper.solve(ao, valid, start=np.full((world.vertex_count, 1), guess, np.float32))
+    assert np.count_nonzero(cold.state == VertexState.FILLED) > 3
+    np.testing.assert_allclose(warm.ao, cold.ao, atol=1e-5)
 
 
 def test_fills_do_not_hang_on_what_else_is_in_the_scene() -> None:

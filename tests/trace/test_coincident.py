@@ -1,4 +1,4 @@
-"""Of partly open faces in one place the one with the lowest number counts, whatever else is in the scene."""
+"""Which of several faces in one place counts does not hang on what else is in the scene."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from bake.samples import place_samples
 from bake.settings import BakeSettings
-from bake.types import Float32Array, Int32Array, World
+from bake.types import Float32Array, Int32Array, Tally, World
 from tests.trace.conftest import open_tracer
 from tests.worlds import icosphere, make_world, quad
 
@@ -66,3 +66,30 @@ def test_other_objects_do_not_decide(fast_body: str) -> None:
     for spheres in (1, 3, 7):
         found, _ = seen(lids(spheres), fast_body)
         np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("order", [(True, False), (False, True)])
+def test_faces_back_to_back_are_no_back(order: tuple[bool, bool]) -> None:
+    """With Embree, a ceiling of two sheets back to back shows its front, whatever their order and the tree."""
+    for spheres in (0, 1, 3, 7):
+        below = [icosphere(1, 0.3, centre=(0.7 * number - 2.0, -2.0, 0.3 * number)) for number in range(spheres)]
+        # rays from the floor strike the sheet that faces down from the front, and the other from behind
+        world = make_world(quad(3.0), *[quad(8.0, 0.5, up=up) for up in order], *below)
+        world = replace(world, face_samples=world.face_object == 0)
+        samples = place_samples(world, SETTINGS)
+        tally = Tally.empty(len(samples), SETTINGS.distance_count)
+        with open_tracer("embree", world, SETTINGS) as tracer:
+            tracer.accumulate(samples, slice(0, len(samples)), tally)
+        assert tally.hits.sum() > 300
+        assert not tally.back_faces.any()
+
+
+def test_a_face_alone_keeps_its_back() -> None:
+    """A ceiling that shows nothing but its back proves that samples below it lie inside a body."""
+    world = make_world(quad(3.0), quad(8.0, 0.5, up=True))
+    world = replace(world, face_samples=world.face_object == 0)
+    samples = place_samples(world, SETTINGS)
+    tally = Tally.empty(len(samples), SETTINGS.distance_count)
+    with open_tracer("embree", world, SETTINGS) as tracer:
+        tracer.accumulate(samples, slice(0, len(samples)), tally)
+    assert tally.back_faces.sum() > 0.9 * tally.hits.sum() > 270
