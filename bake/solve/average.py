@@ -44,7 +44,7 @@ def weighted_average(surface: Surface, mass: Float64Array, rhs: Float64Array) ->
     if starved.all():
         return np.full_like(values, OPEN), starved
     if starved.any():
-        reached = _fill_by_rings(surface, values, starved)
+        reached = fill_by_rings(surface.edges, values, starved)
         lost = np.flatnonzero(starved & ~reached)
         if len(lost):
             values[lost] = values[nearest_among(surface.position, np.flatnonzero(~starved), lost)]
@@ -56,7 +56,7 @@ def nearest_among(position: Float64Array, known: Int64Array, wanted: Int64Array)
 
     Twin sheets make equal distances common, and which one a search tree meets first hangs on all that is in it.
     """
-    return known[nearest_in(cKDTree(position[known]), position[wanted])[0]]
+    return known[nearest_in(cKDTree(position[known], balanced_tree=False, compact_nodes=False), position[wanted])[0]]
 
 
 def nearest_in(tree: cKDTree, points: Float64Array) -> tuple[Int64Array, Float64Array]:
@@ -68,10 +68,16 @@ def nearest_in(tree: cKDTree, points: Float64Array) -> tuple[Int64Array, Float64
     return np.where(ties, place, tree.n).min(axis=1), distance[:, 0]
 
 
-def _fill_by_rings(surface: Surface, values: Float64Array, starved: BoolArray) -> BoolArray:
-    """Fills `values` of starved unknowns from their component in place; returns which are known afterwards."""
+def fill_by_rings(edges: Int64Array, values: Float64Array, starved: BoolArray) -> BoolArray:
+    """Fills `values` of starved unknowns from their component in place; returns which are known afterwards.
+
+    Args:
+        edges: Shape (e, 2): all that touch a starved unknown, each once; others do not matter.
+        values: Shape (u, k).
+        starved: Shape (u,).
+    """
     known = ~starved
-    touching = surface.edges[starved[surface.edges].any(axis=1)]
+    touching = edges[starved[edges].any(axis=1)]
     tail: Int64Array = np.concatenate([touching[:, 0], touching[:, 1]])
     head: Int64Array = np.concatenate([touching[:, 1], touching[:, 0]])
     into = starved[head]

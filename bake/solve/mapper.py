@@ -10,12 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bake.errors import SolveError
 from bake.settings import BakeSettings, MappingKind
-from bake.solve.average import weighted_average
+from bake.solve.averaged import average_to_vertices, refuse_unfinished, sample_rmse
 from bake.solve.conjugate_gradient import BoxSolution, BoxSolver
 from bake.solve.direct import finished
-from bake.solve.mass import FaceMoments, at_corners, face_moments, right_hand_side
+from bake.solve.mass import FaceMoments, face_moments
 from bake.solve.prior import SceneScatter
 from bake.solve.starved import settle_starved
 from bake.solve.surface import build_surface
@@ -69,7 +68,6 @@ class VertexMapper:
         samples: Where AO was estimated.
         settings: `weld_instances` and `crease_angle` decide the surface; `mapping` and `alpha` are defaults of `solve`.
         scene: The mean scatter of the whole scene, where `world` is a part of it.
-        smooth: Whether it is to solve for anything but the weighted average, which takes much less.
 
     Attributes:
         surface: What all solves share.
@@ -83,16 +81,12 @@ class VertexMapper:
         settings: BakeSettings,
         *,
         scene: SceneScatter | None = None,
-        smooth: bool = True,
     ) -> None:
-        self._smooth = smooth
         self._scene = scene
         self._world = world
         self._samples = samples
         self._settings = settings
-        self.surface = build_surface(
-            world, crease_angle=settings.crease_angle, weld_instances=settings.weld_instances, smooth=smooth
-        )
+        self.surface = build_surface(world, crease_angle=settings.crease_angle, weld_instances=settings.weld_instances)
         own = [np.nan if keys.alpha is None else keys.alpha for keys in world.object_keys]
         self.own_alpha = np.array(own, np.float64)[self.surface.owner]
         self._kept: tuple[Float32Array, BoolArray, FaceMoments, Equations] | None = None
@@ -140,11 +134,8 @@ class VertexMapper:
             SolveError: a value that should be used is not finite.
         """
         tell = on_progress or _silent
-        if not np.isfinite(ao[valid]).all():
-            raise SolveError("a valid sample has no finite AO", where="samples", remedy="trace the scene again")
+        refuse_unfinished(ao, valid)
         tell("assemble", 0.0)
-        if not self._smooth:
-            return self._averaged(ao, valid)
         moments, equations = self._equations(ao, valid)
         if (mapping or self._settings.mapping) is MappingKind.AVERAGE:
             outcome = _Outcome(equations.average, np.zeros(equations.average.shape, np.bool_))
@@ -153,12 +144,6 @@ class VertexMapper:
             outcome = self._least_squares(equations, self._settings.alpha if alpha is None else alpha, guess, tell)
         tell("done", 1.0)
         return self._field(outcome, equations.starved, moments)
-
-    def _averaged(self, ao: Float32Array, valid: BoolArray) -> VertexField:
-        moments = face_moments(self.surface, self._samples, ao, valid)
-        mass = at_corners(self.surface, moments.mass)
-        average, starved = weighted_average(self.surface, mass, right_hand_side(self.surface, moments))
-        return self._field(_Outcome(average, np.zeros(average.shape, np.bool_)), starved, moments)
 
     def _at_unknowns(self, start: Float32Array, average: Float64Array) -> Float64Array:
         """A guess at the vertices as one at the unknowns; the average where it says nothing, shape (u, k)."""
@@ -222,7 +207,7 @@ class VertexMapper:
             residual=outcome.residual,
             limited_edges=outcome.limited,
             bounded=tuple(int(n) for n in outcome.held[own].sum(axis=0)),
-            rmse=_rmse(surface.corners, values, moments),
+            rmse=sample_rmse(surface.corners, values, moments),
             averaged=outcome.averaged,
         )
         return VertexField(ao, state, report)
@@ -265,19 +250,6 @@ def map_to_vertices(
     """
     if on_progress is not None:
         on_progress("weld", 0.0)
-    smooth = settings.mapping is not MappingKind.AVERAGE
-    return VertexMapper(world, samples, settings, smooth=smooth).solve(ao, valid, on_progress=on_progress)
-
-
-def _rmse(corners: np.ndarray, values: Float64Array, moments: FaceMoments) -> tuple[float, ...]:
-    """Root of the area-weighted mean square of (interpolated value - sample), from the faces' sums."""
-    total = float(moments.mass.sum())
-    if total <= 0.0:
-        return (0.0,) * values.shape[1]
-    errors: list[float] = []
-    for k in range(values.shape[1]):
-        x = values[:, k][corners]
-        square = (moments.square * x * x + 2.0 * moments.mixed * x * np.roll(x, -1, axis=1)).sum()
-        error = square - 2.0 * (moments.value[:, :, k] * x).sum() + moments.value_square[:, k].sum()
-        errors.append(float(np.sqrt(max(error, 0.0) / total)))
-    return tuple(errors)
+    if settings.mapping is MappingKind.AVERAGE:
+        return average_to_vertices(world, samples, ao, valid, settings)
+    return VertexMapper(world, samples, settings).solve(ao, valid, on_progress=on_progress)

@@ -79,9 +79,7 @@ class Surface:
         return csr_array((data, self.indices, self.indptr), shape=(size, size), copy=False)
 
 
-def build_surface(
-    world: World, *, crease_angle: float, weld_instances: bool, extent: float | None = None, smooth: bool = True
-) -> Surface:
+def build_surface(world: World, *, crease_angle: float, weld_instances: bool, extent: float | None = None) -> Surface:
     """Welds the receiving objects' vertices and finds the edges between their faces.
 
     Args:
@@ -90,7 +88,6 @@ def build_surface(
             more carry no regulariser.
         weld_instances: Whether coincident vertices of different objects are one unknown.
         extent: Largest coordinate of the whole scene, in metres, where `world` is a part of it.
-        smooth: Whether there are butterflies and a matrix pattern; the weighted average needs neither.
     """
     receives = np.array([role.receives_per_vertex for role in world.object_roles], np.bool_)
     faces = np.flatnonzero(receives[world.face_object])
@@ -105,7 +102,7 @@ def build_surface(
         world, baked, crease_angle=crease_angle, weld_instances=weld_instances, extent=extent
     )
     corners = unknown[world.faces[faces]]
-    unknown, corners, first = _by_component(unknown, corners, count)
+    unknown, corners, first = by_component(unknown, corners, count)
     position = np.zeros((count, 3))
     position[unknown[baked]] = world.positions[baked]
 
@@ -113,11 +110,8 @@ def build_surface(
     normals, area = face_normals(position, corners)
     normals = without_slivers(normals, area, position, corners)
     edges = find_edges(corners, normals, crease_angle, world.face_samples[faces])
-    butterflies, pattern = _NO_BUTTERFLIES, (np.zeros(0, np.int32),) * 3
-    if smooth:
-        butterflies = unfold(position, corners, edges)
-        pattern = matrix_pattern(edges.ends, butterflies.stencil[:, 2:], count)
-    indptr, indices, order = pattern
+    butterflies = unfold(position, corners, edges)
+    indptr, indices, order = matrix_pattern(edges.ends, butterflies.stencil[:, 2:], count)
     return Surface(
         unknown=unknown,
         referenced=referenced,
@@ -145,16 +139,6 @@ def _typical(owner: Int64Array, area: Float64Array) -> Float64Array:
     return (np.bincount(owner, area) / np.maximum(count, 1))[owner]
 
 
-_NO_BUTTERFLIES = Butterflies(
-    stencil=np.zeros((0, 4), np.int32),
-    operator=np.zeros((0, 4)),
-    hinge=np.zeros(0, np.int32),
-    sides=np.zeros((0, 4), np.int32),
-    faces=np.zeros((0, 2), np.int32),
-    degenerate=0,
-)
-
-
 def matrix_pattern(edges: Int64Array, wings: Int32Array, count: int) -> tuple[Int32Array, Int32Array, Int32Array]:
     """Row pointers, columns and, for each entry, its place among edges, wings, both once more, and the diagonal.
 
@@ -170,7 +154,7 @@ def matrix_pattern(edges: Int64Array, wings: Int32Array, count: int) -> tuple[In
     return indptr, columns[order], order
 
 
-def _by_component(unknown: Int64Array, corners: Int64Array, count: int) -> tuple[Int64Array, Int64Array, Int64Array]:
+def by_component(unknown: Int64Array, corners: Int64Array, count: int) -> tuple[Int64Array, Int64Array, Int64Array]:
     """Renumbers unknowns so that each connected component is contiguous, in the order of its first vertex."""
     ends = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]]])
     graph = coo_array((np.ones(len(ends), np.int8), (ends[:, 0], ends[:, 1])), shape=(count, count))
