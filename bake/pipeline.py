@@ -26,10 +26,10 @@ from bake.samples import place_samples
 from bake.scene import flatten, load_scene, read_bake_options, samplable_faces
 from bake.settings import BakeSettings, TracerKind
 from bake.solve import map_to_vertices
-from bake.solve.importance import sample_importance
+from bake.solve.importance import SampleImportance
 from bake.stages import StageClock, patiently
 from bake.trace import Tracer, create_tracer
-from bake.trace.adaptive import PILOT, trace_adaptively
+from bake.trace.adaptive import PILOT, RayPlan, trace_adaptively
 from bake.types import BakeResult, Finding, Progress, Role, SampleSet, Scene, Tally, VertexField, VertexState, World
 
 _NO_SURFACE = "no surface receives ambient obscurance"
@@ -191,22 +191,28 @@ def trace(
 def _trace_adaptively(
     tracer: Tracer, samples: SampleSet, settings: BakeSettings, clock: StageClock
 ) -> Generator[Progress, None, Tally]:
-    importance, ahead = yield from patiently("trace", lambda: sample_importance(tracer.world, samples, settings))
+    importance, ahead = yield from patiently("trace", lambda: SampleImportance(tracer.world, samples, settings))
     begin = time.perf_counter()
-    tally, plan = yield from trace_adaptively(tracer, samples, importance, settings)
+    tally, plan = yield from trace_adaptively(tracer, samples, importance.of, settings)
     sent = int(plan.rays.sum())
-    error = ", ".join(f"{value:.4f}" for value in plan.error)
-    why = (
-        f"{sent / len(samples):.1f} rays a sample of up to {settings.rays}: "
-        f"{len(samples) * settings.rays - sent:,} skipped, of them {_left(plan.buried, settings):,} behind walls and "
-        f"{_left(plan.unreachable, settings):,} in the open; estimated error {error}"
-    )
-    clock.ran("trace", why, ahead + time.perf_counter() - begin, sent)
+    clock.ran("trace", _skipped_rays(plan, settings), ahead + time.perf_counter() - begin, sent)
     return tally
 
 
-def _left(samples: np.ndarray, settings: BakeSettings) -> int:
-    return int(np.count_nonzero(samples)) * (settings.rays - PILOT)
+def _skipped_rays(plan: RayPlan, settings: BakeSettings) -> str:
+    """For the report: how many rays were left out, and why."""
+    sent, count = int(plan.rays.sum()), len(plan.rays)
+    whole = int(np.count_nonzero(plan.rays == settings.rays))
+    behind, free = (
+        int(np.count_nonzero(samples)) * (settings.rays - PILOT) for samples in (plan.buried, plan.unreachable)
+    )
+    left = count * settings.rays - sent
+    return (
+        f"{sent / count:.1f} rays a sample of up to {settings.rays}: {left:,} skipped, of them {behind:,} behind "
+        f"walls, {free:,} in the open and {left - behind - free:,} where the noise is low enough; {plan.settling:,} "
+        f"sent to settle validity; {whole:,} samples sent all; estimated noise {plan.noise:.4f}, "
+        f"doubt {plan.doubt:.4f}"
+    )
 
 
 def lent_stages(device: Device) -> StagesLent:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
 USAGE = (
-    "accuracy|adaptive|mapping|speed|workloads|stability|scenes|lods|trees|fog|regions|causes|explain|rebake|window|"
+    "accuracy|adaptive|alpha|mapping|speed|workloads|stability|scenes|lods|trees|fog|regions|causes|explain|rebake|window|"
     "edits [SCENE | FOLDER …] [--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] "
     "[--edits N] [--bound B] [--minutes X] [--largest N] [--tables NAME,…] [--share X] "
     "[--keep FOLDER] [--plots FOLDER] [--json] [settings]"
@@ -27,7 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's arguments."""
     parser.add_argument("subject", choices=list(_SUBJECTS), help="accuracy: run time against surface error, ours at "
                         "many settings and other bakers; adaptive: what adaptive rays save at equal "
-                        "error; mapping: surface error of the mappings; speed: "
+                        "error; alpha: the smoothing that the samples ask for themselves against the best; "
+                        "mapping: surface error of the mappings; speed: "
                         "seconds and memory by stage and scale, overhead beyond the rays, the solver at size, "
                         "starts, and on CUDA the choice of BVH; workloads: two published bakes in size, stage by "
                         "stage; stability: a small level of its own "
@@ -43,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         "edits: how soon the window shows what an edit changes, against a whole bake")  # fmt: skip
     parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
     parser.add_argument(
-        "--scale", type=float, default=1.0, help="metres in a unit of the scenes (accuracy and mapping)"
+        "--scale", type=float, default=1.0, help="metres in a unit of the scenes (accuracy, adaptive and mapping)"
     )
     parser.add_argument(
         "--plots",
@@ -118,7 +119,13 @@ def _accuracy(arguments: argparse.Namespace) -> list[Measurements]:
 def _adaptive(arguments: argparse.Namespace) -> list[Measurements]:
     from bake.bench.adaptive import measure_adaptive
 
-    return [measure_adaptive(_scenes(arguments), explicit_options(arguments))]
+    return [measure_adaptive(_scenes(arguments), explicit_options(arguments), scale=arguments.scale)]
+
+
+def _alpha(arguments: argparse.Namespace) -> list[Measurements]:
+    from bake.bench.alpha import measure_alpha
+
+    return [measure_alpha(_scenes(arguments) if arguments.paths else [], explicit_options(arguments))]
 
 
 def _mappings(arguments: argparse.Namespace) -> list[Measurements]:
@@ -305,6 +312,7 @@ def _scenes(arguments: argparse.Namespace) -> list[Path]:
 _SUBJECTS: dict[str, Callable[[argparse.Namespace], Iterable[Measurements]]] = {
     "accuracy": _accuracy,
     "adaptive": _adaptive,
+    "alpha": _alpha,
     "mapping": _mappings,
     "speed": _speed,
     "workloads": _workloads,

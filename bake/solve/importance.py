@@ -6,8 +6,8 @@ the surface is, but for what neighbouring vertices share,
 
     Σ_s V_s Σ_v a_v (dA_s φ_sv / m_v)²,
 
-where a_v is the share of the surface that vertex v stands for. The inner sum is the importance of s. The least squares
-fit passes more noise on, but in the same proportions.
+where a_v is the share of the surface that vertex v stands for and m_v the mass of its valid samples. The inner sum is
+the importance of s. The least squares fit passes more noise on, but in the same proportions.
 """
 
 from __future__ import annotations
@@ -20,32 +20,54 @@ from bake.solve.weld import weld_vertices
 from bake.types import Float64Array, SampleSet, World
 
 
-def sample_importance(world: World, samples: SampleSet, settings: BakeSettings) -> Float64Array:
-    """The importance of each sample, shape (n,), float64.
+class SampleImportance:
+    """The importance of some samples, again and again as it becomes known which of them are valid.
 
     Half of a vertex's share goes by area and half by its number of faces: levels mix faces of a square centimetre with
     mountains. Samples of objects that receive nothing per vertex count by themselves, as if they had a vertex each.
     """
-    taken = np.zeros(world.vertex_count, np.bool_)
-    receives = np.array([role.receives_per_vertex for role in world.object_roles], np.bool_)
-    faces = world.faces[receives[world.face_object]]
-    taken[faces.ravel()] = True
-    unknown, count = weld_vertices(
-        world, taken, crease_angle=settings.crease_angle, weld_instances=settings.weld_instances
-    )
-    counted = receives[world.face_object[samples.face]]
-    own = np.where(counted, 1.0 / max(len(samples), 1), 1.0)
-    rows = np.flatnonzero(counted)
-    corner = unknown[world.faces[samples.face[rows]]]
-    phi = np.empty((len(rows), 3))
-    phi[:, :2] = samples.barycentric[rows]
-    phi[:, 2] = 1.0 - phi[:, 0] - phi[:, 1]
-    weighted = phi * samples.area[rows, None].astype(np.float64)
-    mass = np.bincount(corner.ravel(), weighted.ravel(), count)
-    around = np.bincount(unknown[faces].ravel(), minlength=count)
-    area = face_normals(world.positions, faces)[1]
-    spread = np.bincount(unknown[faces].ravel(), np.repeat(area / 3.0, 3), count)
-    share = 0.5 * spread / max(float(spread.sum()), 1e-300) + 0.5 * around / max(int(around.sum()), 1)
-    factor = np.where(mass > 0.0, share / np.maximum(mass, 1e-100) ** 2, 0.0)
-    own[rows] = (weighted**2 * factor[corner]).sum(axis=1)
-    return own
+
+    def __init__(self, world: World, samples: SampleSet, settings: BakeSettings) -> None:
+        taken = np.zeros(world.vertex_count, np.bool_)
+        receives = np.array([role.receives_per_vertex for role in world.object_roles], np.bool_)
+        faces = world.faces[receives[world.face_object]]
+        taken[faces.ravel()] = True
+        unknown, self._count = weld_vertices(
+            world, taken, crease_angle=settings.crease_angle, weld_instances=settings.weld_instances
+        )
+        counted = receives[world.face_object[samples.face]]
+        self._alone = np.where(counted, 1.0 / max(len(samples), 1), 1.0)
+        self._rows = rows = np.flatnonzero(counted)
+        self._corner = unknown[world.faces[samples.face[rows]]]
+        phi = np.empty((len(rows), 3))
+        phi[:, :2] = samples.barycentric[rows]
+        phi[:, 2] = 1.0 - phi[:, 0] - phi[:, 1]
+        self._weighted: Float64Array = phi * samples.area[rows, None].astype(np.float64)
+        around = np.bincount(unknown[faces].ravel(), minlength=self._count)
+        area = face_normals(world.positions, faces)[1]
+        spread = np.bincount(unknown[faces].ravel(), np.repeat(area / 3.0, 3), self._count)
+        by_area = 0.5 * spread / max(float(spread.sum()), 1e-300)
+        self._share: Float64Array = by_area + 0.5 * around / max(int(around.sum()), 1)
+
+    def of(self, valid: Float64Array | None = None) -> Float64Array:
+        """The importance that each sample has if it is valid, shape (n,), float64.
+
+        Args:
+            valid: Shape (n,), 0 to 1: how likely each sample is to be valid; all are if None. Where a vertex loses most
+                of its samples, the few that are left count for more.
+        """
+        own, weighted, corner = self._alone.copy(), self._weighted, self._corner
+        if valid is None:
+            mass = np.bincount(corner.ravel(), weighted.ravel(), self._count)[corner]
+        else:
+            chance = valid[self._rows, None]
+            mass = np.bincount(corner.ravel(), (weighted * chance).ravel(), self._count)[corner]
+            mass += weighted * (1.0 - chance)  # whatever becomes of the others, the sample itself is there
+        parts = weighted / np.maximum(mass, 1e-100)
+        own[self._rows] = (parts**2 * self._share[corner]).sum(axis=1)
+        return own
+
+
+def sample_importance(world: World, samples: SampleSet, settings: BakeSettings) -> Float64Array:
+    """The importance of each sample if all are valid, shape (n,), float64; see `SampleImportance`."""
+    return SampleImportance(world, samples, settings).of()

@@ -1,0 +1,156 @@
+"""What one more ray is worth: the rules by which adaptive rays end.
+
+More rays lower the error of vertex values in two ways. They lower the noise of what is averaged: with
+V(n) = V(8) (8/n)^(3/2), as scrambled nets behave at silhouettes (Mitchell 1996), twice the rays of a sample of
+importance w (bake/solve/importance.py) take 0.65 w V(n) off the mean square error. And they settle whether the sample
+is kept at all: as long as it is valid with probability p, keeping or dropping it is as good as noise of variance
+D² p (1 - p), D being what AO differs by between a place and what the vertex has without it. On real levels that second
+part is most of the error. A sample goes on as long as either, together, is worth its price:
+
+    w (0.65 p V(n) + D² p (1 - p) / 2) > λ n.
+
+λ is set so that the estimated error falls to the bound asked for, each doubling settling half of the doubt.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr
+
+from bake.types import BoolArray, Float64Array
+
+PILOT = 8
+"""Rays that every sample sends."""
+
+NEIGHBOURS = 16
+"""Samples on either side, in the order of the scene's faces, that a sample's estimates come from."""
+
+_LEAST_VARIANCE = 0.02  # of the scene's mean: thirty-two neighbours may have missed what the sample sees
+_RATE = 1.5
+_NOISE_GAIN = 1.0 - 2.0**-_RATE
+_DOUBT_GAIN = 0.5
+_APART = 0.3  # D²
+_PRIOR_RAYS = 0.5  # how many rays of its own the back faces around a sample count for
+_EVEN = 0.2  # the share of back faces is surer than by chance by hits^-0.2, measured: its rays are spread evenly
+_BURIED = 3.0  # standard deviations over the back-face threshold
+_CLEAR = 0.02  # share of back faces around a sample that says nothing
+
+
+@dataclass(frozen=True, slots=True)
+class Pilot:
+    """What the first rays of all samples found.
+
+    Attributes:
+        variance: Shape (n, k), float64: of the mean of a sample's first rays, from its own halves.
+        hits, back_faces: Shape (n,), float64.
+    """
+
+    variance: Float64Array
+    hits: Float64Array
+    back_faces: Float64Array
+
+
+class RayWorth:
+    """What more rays of each sample are worth, from the first rays of its neighbours.
+
+    Never from its own: stopping where one's own rays agree would make the mean wrong (a sample with a hit in thirty
+    would mostly end at 1). Only the back-face rule looks at a sample's own rays.
+
+    Attributes:
+        variance: Shape (n, k), float64: of the mean of `PILOT` rays, from the neighbours'.
+        unreachable: Shape (n,), bool: all rays of the neighbours went free.
+    """
+
+    def __init__(self, pilot: Pilot, threshold: float) -> None:
+        self._threshold = threshold
+        around = of_neighbours(np.column_stack([pilot.variance, pilot.hits, pilot.back_faces]))
+        hits, backs = around[:, -2], around[:, -1]
+        self.unreachable: BoolArray = hits == 0.0
+        self._prior = _PRIOR_RAYS * np.minimum(hits / PILOT, 1.0)
+        self._share = backs / np.maximum(hits, 1e-9)
+        sure = self.chance_valid(pilot.hits, pilot.back_faces)
+        mean = np.maximum(sure @ pilot.variance / max(float(sure.sum()), 1e-9), 1e-12)
+        self.variance: Float64Array = np.where(self.unreachable[:, None], 0.0, around[:, :-2] + _LEAST_VARIANCE * mean)
+
+    def chance_valid(self, hits: Float64Array, backs: Float64Array) -> Float64Array:
+        """How likely each sample is to be valid in the end, shape (n,), given the rays that it sent so far."""
+        limit = self._threshold
+        if limit >= 1.0:
+            return np.ones(len(hits))
+        seen = hits + self._prior
+        share = (backs + self._prior * self._share) / np.maximum(seen, 1e-9)
+        chance = np.sqrt(max(limit * (1.0 - limit), 1e-4) / np.maximum(seen, 1e-9))
+        valid = ndtr((limit - share) / (chance * (np.maximum(seen, 1.0) ** -_EVEN)))
+        # No back face so far, and none around: the prior alone says nothing.
+        return np.where((backs == 0.0) & (self._share < _CLEAR), 1.0, valid)
+
+    def noise(self, rays: float) -> Float64Array:
+        """Variance of the mean of so many rays of each sample, mean of all distances, shape (n,)."""
+        return self.variance.mean(axis=1) * (rays / PILOT) ** -_RATE
+
+    @staticmethod
+    def doubt(valid: Float64Array) -> Float64Array:
+        """The same for the doubt whether the sample is valid, shape (n,)."""
+        return _APART * valid * (1.0 - valid)
+
+    def gain(self, valid: Float64Array, rays: float) -> tuple[Float64Array, Float64Array]:
+        """What doubling so many rays takes off noise and doubt, shape (n,) each."""
+        return _NOISE_GAIN * valid * self.noise(rays), _DOUBT_GAIN * self.doubt(valid)
+
+    def errors(self, weight: Float64Array, valid: Float64Array, rays: Float64Array) -> tuple[float, float]:
+        """Estimated root mean square errors of values over the surface, all distances together: by noise, by doubt.
+
+        Args:
+            weight: Shape (n,): importance.
+            valid: Shape (n,): chances.
+            rays: Shape (n,): sent so far.
+        """
+        noise = valid * self.variance.mean(axis=1) * (rays / PILOT) ** -_RATE
+        return float(np.sqrt(weight @ noise)), float(np.sqrt(weight @ self.doubt(valid)))
+
+    def price_for(self, weight: Float64Array, valid: Float64Array, bound: float, most: int) -> float:
+        """The price of a ray, λ, at which the estimated error falls to `bound`; 0 if it never does.
+
+        The doubt that would be left if every sample sent all of its rays is no part of it.
+
+        Args:
+            weight: Shape (n,): importance; 0 for samples that are to end.
+            valid: Shape (n,): chances.
+            bound: Root mean square error of values over the surface.
+            most: Most rays of a sample.
+        """
+        by_noise, by_doubt = self.errors(weight, valid, np.full(len(weight), float(PILOT)))
+        settled = 1.0 - _DOUBT_GAIN ** np.log2(most / PILOT)
+        excess = by_noise**2 + by_doubt**2 * settled - bound**2
+        if excess <= 0.0:
+            return np.inf
+        noise, doubt = self.gain(valid, PILOT)
+        gains: list[Float64Array] = []
+        prices: list[Float64Array] = []
+        sent, doublings = PILOT, 0
+        while sent < most:
+            gains.append(weight * (noise * 2.0 ** (-_RATE * doublings) + doubt * _DOUBT_GAIN**doublings))
+            prices.append(gains[-1] / sent)
+            sent, doublings = 2 * sent, doublings + 1
+        gain, price = np.concatenate(gains), np.concatenate(prices)
+        best = np.argsort(-price)
+        reached: Float64Array = np.cumsum(gain[best])
+        needed = int(np.searchsorted(reached, excess))
+        return float(price[best[needed]]) if needed < len(best) else 0.0
+
+
+def buried(hits: Float64Array, backs: Float64Array, threshold: float) -> BoolArray:
+    """Samples that are behind faces beyond doubt, by their own rays alone, shape (n,)."""
+    return backs - threshold * hits > _BURIED * np.sqrt(threshold * (1.0 - threshold) * hits)
+
+
+def of_neighbours(values: Float64Array) -> Float64Array:
+    """Means over the samples before and behind each in the list, itself left out, shape (n, c); 0 for a lone one."""
+    count = len(values)
+    sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
+    begin = np.maximum(np.arange(count) - NEIGHBOURS, 0)
+    end = np.minimum(np.arange(count) + NEIGHBOURS + 1, count)
+    means = (sums[end] - sums[begin] - values) / np.maximum(end - begin - 1, 1)[:, None]
+    return np.where(means < 1e-9, 0.0, means)
