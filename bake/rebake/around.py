@@ -107,9 +107,24 @@ def _wanted(state: State, edit: Edit, shown: Int64Array, there: BoolArray) -> Bo
     if len(lods):
         moved = np.zeros(world.object_count, np.bool_)
         moved[np.searchsorted(world.first_vertex, shown, side="right") - 1] = True
-        wanted[lods] |= (finest_levels(world, lods) & moved).any(axis=1)
+        wanted[lods] |= (finest_levels(world, lods) & moved).any(axis=1) | _lost_finest(state, edit, lods)
+        if len(low):
+            far = {item.object for item in state.result.findings if item.what == "far-from-finest-level"}
+            wanted[lods] |= np.array([world.object_paths[number] in far for number in lods.tolist()], np.bool_)
         wanted[lods] = wanted[lods].any()  # their fit pools the noise of all of them
     return wanted
+
+
+def _lost_finest(state: State, edit: Edit, lods: Int32Array) -> BoolArray:
+    """Lower levels of detail whose finest level lost an object, wherever that lay, shape (l,)."""
+    gone = edit.change.new_object < 0
+    former = edit.change.old_object[lods]
+    lost = np.zeros(len(lods), np.bool_)
+    before = state.result.world
+    known = np.array([number >= 0 and before.object_roles[number] is Role.LOD for number in former.tolist()], np.bool_)
+    if gone.any() and known.any():
+        lost[known] = (finest_levels(before, former[known].astype(np.int32)) & gone).any(axis=1)
+    return lost
 
 
 def _had_values(state: State, edit: Edit, objects: Int32Array) -> BoolArray:
