@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 USAGE = (
     "accuracy|adaptive|alpha|mapping|speed|workloads|stability|scenes|lods|trees|fog|regions|causes|explain|rebake|window|"
     "edits [SCENE | FOLDER …] [--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] "
-    "[--edits N] [--bound B] [--minutes X] [--largest N] [--tables NAME,…] [--share X] "
+    "[--edits N] [--edit-seeds N,…] [--bound B] [--minutes X] [--largest N] [--tables NAME,…] [--share X] "
     "[--keep FOLDER] [--plots FOLDER] [--json] [settings]"
 )
 
@@ -75,6 +75,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="an interpreter that has other bakers installed: bpy, open3d, libigl, pymeshlab (accuracy only)",
     )
     parser.add_argument("--edits", type=int, default=100, metavar="N", help="edits in each scene (rebake only)")
+    parser.add_argument(
+        "--edit-seeds", default="1", metavar="N,…", help="a row of edits in each scene for each (rebake only)"
+    )
     parser.add_argument("--bound", default="1/512", metavar="B", help="most AO skipped for a sample (rebake only)")
     parser.add_argument(
         "--minutes", type=float, default=None, metavar="X", help="begin no edit after so many (rebake only)"
@@ -241,13 +244,16 @@ def _explain(arguments: argparse.Namespace) -> Iterable[Measurements]:
 
 def _rebake(arguments: argparse.Namespace) -> list[Measurements]:
     from app.commands.rebake import bound_of
-    from bake.bench.rebake import LARGEST, RMS, measure_rebakes
+    from bake.bench.rebake import measure_rebakes
+    from bake.bench.rebake_tables import gates
 
+    bound = bound_of(arguments.bound)
     tables, rows = measure_rebakes(
         _scenes(arguments),
         explicit_options(arguments),
         edits=arguments.edits,
-        bound=bound_of(arguments.bound),
+        bound=bound,
+        seeds=_edit_seeds(arguments.edit_seeds),
         keep=arguments.keep,
         seconds=float("inf") if arguments.minutes is None else 60.0 * arguments.minutes,
     )
@@ -255,8 +261,16 @@ def _rebake(arguments: argparse.Namespace) -> list[Measurements]:
         from app.commands.rebake_plot import plot_rebakes
 
         arguments.plots.mkdir(parents=True, exist_ok=True)
-        plot_rebakes(arguments.plots / "rebake.png", rows, largest=LARGEST, rms=RMS)
+        largest, rms = gates(bound)
+        plot_rebakes(arguments.plots / "rebake.png", rows, largest=largest, rms=rms)
     return tables
+
+
+def _edit_seeds(text: str) -> tuple[int, ...]:
+    try:
+        return tuple(int(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"{text!r} are no whole numbers", where="--edit-seeds", remedy="use 1 or 1,2") from None
 
 
 def _window(arguments: argparse.Namespace) -> Iterable[Measurements]:

@@ -13,11 +13,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-
 from bake.bench.rebake_book import Book
-from bake.bench.rebake_edits import KINDS, RandomEdits
+from bake.bench.rebake_edits import RandomEdits
 from bake.bench.rebake_error import rebake_errors
+from bake.bench.rebake_tables import rebake_tables
 from bake.bench.table import Measurements
 from bake.devices import Device, resolve
 from bake.pipeline import bake, settings_for
@@ -28,14 +27,6 @@ from bake.settings import BakeSettings
 from bake.stages import StageClock
 from bake.types import BakeResult, Scene
 
-LARGEST, RMS = 2.0 / 255.0, 1e-3
-"""Gates at the default bound: largest difference and root mean square, over each kind of values."""
-
-EXACT = 1e-5
-"""Gate with the bound at 0."""
-
-COMPARED = ("vertices", "voxels", "trees", "shrub_scalars", "small_scalars", "points", "regions")
-
 _T = TypeVar("_T")
 
 
@@ -45,7 +36,7 @@ def measure_rebakes(
     *,
     edits: int,
     bound: float = DEFAULT_BOUND,
-    seed: int = 1,
+    seeds: Sequence[int] = (1,),
     keep: Path | None = None,
     seconds: float = float("inf"),
 ) -> tuple[list[Measurements], list[dict[str, Any]]]:
@@ -54,17 +45,18 @@ def measure_rebakes(
     Args:
         paths: Scenes.
         options: Bake options by long name.
-        edits: In each scene.
+        edits: In a row, in each scene and for each seed.
         bound: Most that may be skipped for a sample; the gates are those that belong to it.
-        seed: Of the edits.
+        seeds: Of the edits.
         keep: A folder where each comparison is written down at once, and from which a later run goes on.
         seconds: After so many no further edit is begun.
     """
     until = time.monotonic() + seconds
     rows: list[dict[str, Any]] = []
     for path in paths:
-        rows += edit_rows(path, options, edits=edits, bound=bound, seed=seed, keep=keep, until=until)
-    return summarised(rows, edits=edits * len(paths), bound=bound, seed=seed), rows
+        for seed in seeds:
+            rows += edit_rows(path, options, edits=edits, bound=bound, seed=seed, keep=keep, until=until)
+    return rebake_tables(rows, edits=edits * len(paths) * len(seeds), bound=bound, seeds=seeds), rows
 
 
 def edit_rows(
@@ -103,6 +95,7 @@ def edit_rows(
             book.add(
                 {
                     "scene": path.stem,
+                    "seed": seed,
                     "edit": done - 1,
                     "kind": edit.kind,
                     "object": edit.object,
@@ -165,68 +158,3 @@ def _drained(steps: Generator[Any, None, _T]) -> _T:
             next(steps)
         except StopIteration as end:
             return end.value
-
-
-def summarised(rows: Sequence[Mapping[str, Any]], *, edits: int, bound: float, seed: int) -> list[Measurements]:
-    """The tables: differences by scene and kind of values, and edits by kind."""
-    limit, rms_limit = (LARGEST, RMS) if bound > 0.0 else (EXACT, EXACT)
-    notes = [
-        f"{len(rows)} of {edits} edits of seed {seed}, bound {bound:.5f}; after each the scene was baked whole, with "
-        "the same seeds",
-        f"gates: no value off by more than {limit:.2g}, root mean square at most {rms_limit:.2g}, after every edit",
-    ]
-    return [
-        Measurements("rebake: differences", _by_values(rows, limit, rms_limit), notes, seeds={"edits": seed}),
-        Measurements("rebake: kinds of edits", _by_kind(rows), [], seeds={"edits": seed}),
-    ]
-
-
-def _by_values(rows: Sequence[Mapping[str, Any]], limit: float, rms_limit: float) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = []
-    for scene in dict.fromkeys(row["scene"] for row in rows):
-        for name in COMPARED:
-            errors = [row["errors"][name] for row in rows if row["scene"] == scene and name in row["errors"]]
-            if not errors:
-                continue
-            largest = np.array([error["largest"] for error in errors])
-            rms = np.array([error["rms"] for error in errors])
-            found.append(
-                {
-                    "scene": scene,
-                    "values": name,
-                    "edits": len(errors),
-                    "equal": int(np.count_nonzero(largest == 0.0)),
-                    "largest_median": float(np.median(largest)),
-                    "largest_95": float(np.quantile(largest, 0.95)),
-                    "largest": float(largest.max()),
-                    "rms_median": float(np.median(rms)),
-                    "rms": float(rms.max()),
-                    "passed": bool(largest.max() <= limit and rms.max() <= rms_limit),
-                }
-            )
-    return found
-
-
-def _by_kind(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = []
-    for scene in dict.fromkeys(row["scene"] for row in rows):
-        for kind in KINDS:
-            own = [row for row in rows if row["scene"] == scene and row["kind"] == kind]
-            if not own:
-                continue
-            part = [row for row in own if not row["full"]]
-            changed = sum(row["rays_changed"] for row in part)
-            found.append(
-                {
-                    "scene": scene,
-                    "kind": kind,
-                    "edits": len(own),
-                    "in_full": len(own) - len(part),
-                    "rebake_s": float(np.median([row["seconds"] for row in own])),
-                    "whole_s": float(np.median([row["whole_seconds"] for row in own])),
-                    "samples_checked": int(np.median([row["samples_checked"] + row["samples_whole"] for row in own])),
-                    "rays_traced": int(np.median([row["rays_traced"] for row in own])),
-                    "traced_per_changed": sum(row["rays_traced"] for row in part) / changed if changed else None,
-                }
-            )
-    return found
