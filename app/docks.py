@@ -10,7 +10,7 @@ from PyQt6.QtWidgets import QDockWidget, QFrame, QMainWindow, QScrollArea, QTabB
 from app.actions import ActionSpec
 from app.window_parts import DockSpec, Side
 
-SIDE_WIDTH, BOTTOM_HEIGHT = 290, 176
+SIDE_WIDTH, BOTTOM_HEIGHT = 304, 176
 AREAS = {
     Side.LEFT: Qt.DockWidgetArea.LeftDockWidgetArea,
     Side.RIGHT: Qt.DockWidgetArea.RightDockWidgetArea,
@@ -32,7 +32,7 @@ def build_docks(window: QMainWindow, specs: Iterable[DockSpec]) -> dict[str, QDo
     window.setTabPosition(left | right | bottom, QTabWidget.TabPosition.North)
     docks: dict[str, QDockWidget] = {}
     first: dict[Side, QDockWidget] = {}
-    for spec in specs:
+    for spec in sorted(specs, key=lambda spec: spec.seldom):
         dock = QDockWidget(spec.title, window)
         dock.setObjectName(f"dock-{spec.title.lower().replace(' ', '-')}")
         widget = _scrolled(spec.widget) if spec.scrolled else spec.widget
@@ -92,6 +92,8 @@ class _Titles(QObject):
                 if layout is not None:  # Qt gives the bar its room at the next resize only
                     layout.invalidate()
                     layout.setGeometry(dock.rect())
+        for bar in self._window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+            bar.setElideMode(Qt.TextElideMode.ElideNone)  # rather scrolled than read as "D…"
         _hide_stale_tabs(self._window, self._docks)
         self._window.update()  # tabs that went away leave their pixels behind
 

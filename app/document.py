@@ -164,7 +164,7 @@ class Document:
         self.values, self._drawn = DecoratedValues(result), []
         self.findings = tuple(result.findings)
         self.threshold = result.settings.back_face_threshold
-        columns = len(result.settings.column_distances)
+        look, columns = self.display, len(result.settings.column_distances)
         if self.display.column >= columns:
             self.display = self.display.replaced(column=columns - 1)
         self.decorators = self.decorators.replaced(voxel=-1, column=min(self.decorators.column, columns - 1))
@@ -172,7 +172,8 @@ class Document:
             self.decorators = self.decorators.replaced(trees=TreeShading.PRODUCT)
         if self.display.quantity in (Quantity.GEOMETRY, Quantity.DIFFERENCE, Quantity.INSPECTION):
             self.display = self.display.replaced(quantity=Quantity.BLEND)
-        self.display_changed.emit()
+        if self.display != look:  # else all that is drawn would be drawn twice
+            self.display_changed.emit()
         self.result_changed.emit()
         self.threshold_changed.emit()
         self.field_changed.emit()

@@ -13,7 +13,7 @@ from app.explain_dome import ExplainDome
 from app.row_hover import RowHover
 from app.tables import Cell, RowsView
 from bake.explain.types import Explanation, ShareKind, SpotWithout
-from viewer.explain_rows import headline, nearest_text, share_tip, summary
+from viewer.explain_rows import headline, nearest_text, share_name, share_tip, summary
 from viewer.fields import distance_label
 
 _EMPTY = "Click on the surface, then explain the point (X). With this panel open, every click is explained."
@@ -204,7 +204,7 @@ class ExplainPanel(QWidget):
             here, own = float(share.share[self._column]), float(share.own[self._column])
             if share.kind is not ShareKind.OBJECT and abs(here) < 5e-5:
                 continue
-            name = share.name.rpartition("/")[2] + (" (itself)" if share.is_self else "")
+            name = share_name(share)
             tip = f"{share.name}\n{share_tip(share, self._column)}"
             rows.append(
                 (
@@ -215,6 +215,9 @@ class ExplainPanel(QWidget):
                 )
             )
         self.view.set_rows(rows)
+        metrics = self.view.fontMetrics()
+        for number, text in enumerate(("Share 88", "+0.888", "Nearest"), start=1):  # the name gets what is left
+            self.view.setColumnWidth(number, metrics.horizontalAdvance(text) + 14)
 
     def _on_column(self, column: int) -> None:
         chosen, self._column = self.occluder(), column

@@ -11,7 +11,8 @@ from PyQt6.QtWidgets import QCheckBox, QGroupBox, QHBoxLayout, QLabel, QSizePoli
 from app.action_buttons import action_button, fill_grid
 from app.face_tool import LEAST_RADIUS, MOST_RADIUS
 
-_NONE = "None chosen. Take a tool and drag in the view; Shift adds, Ctrl takes away, Alt leaves drags to the camera."
+_NONE = "None chosen: drag over some in the view. Shift adds, Ctrl takes away."
+_TIP = "A click chooses one triangle. Drags with Alt, and those of the other buttons, are the camera's as always"
 
 
 class FaceGroup(QGroupBox):
@@ -35,6 +36,7 @@ class FaceGroup(QGroupBox):
         self.hidden.setToolTip("Choose what lies behind other triangles as well")
         self._state = QLabel()
         self._state.setWordWrap(True)
+        self._state.setToolTip(_TIP)
         ticks = QHBoxLayout()
         for box in (self.front, self.hidden):
             ticks.addWidget(box)

@@ -30,6 +30,7 @@ class FindingsTable(QWidget):
         self._filter.setClearButtonEnabled(True)
         self._filter.setMaximumWidth(280)
         self.view = RowsView(("Severity", "Object", "Finding", "Count", "Detail"), stretch=4)
+        self.view.elide_middle(1)
         self.view.setSortingEnabled(True)
         self.view.setToolTip("Click a row to select its object, double-click to fly there")
         self.view.sortByColumn(0, Qt.SortOrder.DescendingOrder)

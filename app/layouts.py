@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from PyQt6.QtCore import QByteArray, QSettings
 from PyQt6.QtWidgets import QDockWidget, QMainWindow
 
-LAYOUT_VERSION = 3
+LAYOUT_VERSION = 4
 """Raised when a stored arrangement no longer fits the panels that there are; older ones are then forgotten."""
 
 _SAVED = "layouts/saved"
@@ -36,6 +36,12 @@ _ELSEWHERE = frozenset({"Regions", "Region list", "Walk", "Walk plot", "Pops", "
 
 PRESETS = (
     Preset("Inspect", "Find out why a spot is dark", frozenset(), ("Objects", "Display", "Explain", "Probe", "Spots")),
+    Preset(
+        "Edit",
+        "Move, copy and delete objects, and rebake what that can reach",
+        frozenset({"Bake", "Objects", "History", "Object", "Rebake", "Display", "Comparison", "Probe", "Log"}),
+        ("Objects", "Object", "Probe"),
+    ),
     Preset(
         "Regions",
         "Dynamic regions, their models and boundaries",

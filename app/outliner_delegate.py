@@ -12,7 +12,8 @@ from PyQt6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 from app.outliner_model import MARK_ROLE, SHOWN_ROLE, Column
 
 EYE_WIDTH = 26
-STALE_COLOR = QColor("#e08a1e")
+STALE_COLOR = QColor("#b06cf0")
+"""Not that of the selection, so that both can be told apart on one object."""
 _DOT = 7.0
 
 

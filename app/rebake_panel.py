@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtGui import QAction
-from PyQt6.QtWidgets import QCheckBox, QGridLayout, QGroupBox, QLabel, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QCheckBox, QGridLayout, QGroupBox, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from app.action_buttons import action_button, fill_grid
 from app.alpha_group import AlphaGroup
@@ -19,6 +19,7 @@ _NO_RESULT = "Bake first. Then only what a change can reach is baked anew."
 _LAYER_TIP = "What each bake and rebake since the scene was opened has changed, the latest first; double click compares"
 _LAYER_TIPS = ("What was done", "Vertices that have another value since", "Whether it is in view now")
 _SELECT_STALE = "stale"
+_LEAST_BOUND = 5e-6  # less would be told as 0
 
 
 class RebakePanel(QWidget):
@@ -54,7 +55,8 @@ class RebakePanel(QWidget):
         self.layers.setToolTip(_LAYER_TIP)
         self.layers.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self.layers.doubleClicked.connect(lambda _index: self.layer_activated.emit())
-        self.layers.setMinimumHeight(110)
+        self.layers.setMinimumHeight(92)
+        self.layers.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)  # it gives way to the rest
         selection = self.layers.selectionModel()
         assert selection is not None
         selection.selectionChanged.connect(lambda *_: self.layer_chosen.emit(self.chosen_layer()))
@@ -173,7 +175,7 @@ def report_text(report: RebakeReport, timing: Timing) -> str:
     lines.append(
         f"{report.samples_changed:,} of {report.samples:,} samples, {report.vertices_changed:,} vertices changed"
     )
-    if report.bound > 0.0:
+    if report.bound >= _LEAST_BOUND:
         lines.append(f"At most {report.bound:.5f} was left out of a sample")
     if report.stale:
         lines.append(f"{len(report.stale):,} objects are left as they were, though the change may reach them")

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from PyQt6.QtCore import Qt, pyqtSignal
-from PyQt6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QHeaderView, QLabel, QLineEdit, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QHeaderView, QLineEdit, QVBoxLayout, QWidget
 
+from app.elided_label import ElidedLabel
 from app.tables import Cell, RowsView
 from bake.explain.cause_names import CauseKind
 from bake.explain.spots import Spots
@@ -35,6 +36,8 @@ class SpotTable(QWidget):
         self.distance.activated.connect(self.distance_chosen)
         self.cause = QComboBox()
         self.cause.setToolTip("Show only spots of one likely cause")
+        self.cause.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.cause.setMinimumContentsLength(16)
         self.cause.addItem(_ALL)
         for kind in CauseKind:
             self.cause.addItem(kind.heading)
@@ -43,11 +46,12 @@ class SpotTable(QWidget):
         self.marks = QCheckBox("Marks")
         self.marks.setToolTip("Mark the vertices of all spots in the view")
         self.marks.toggled.connect(self.marks_toggled)
-        self._count = QLabel()
+        self._count = ElidedLabel()
         self._filter = QLineEdit()
         self._filter.setPlaceholderText("Object or sign")
         self._filter.setToolTip("Show only rows that contain this text")
         self._filter.setClearButtonEnabled(True)
+        self._filter.setMinimumWidth(120)
         self._filter.setMaximumWidth(240)
         self.view = RowsView(("Object",), stretch=0)
         self.view.setSortingEnabled(True)

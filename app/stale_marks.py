@@ -16,6 +16,10 @@ MOST = 2000
 """Boxes that are drawn; after more, everything has changed and boxes say nothing."""
 
 
+_MARGIN = 0.012
+"""How much wider they are than what they are around, so that the box of what is selected is seen as well."""
+
+
 class StaleMarks:
     """Follows a document.
 
@@ -54,7 +58,8 @@ class StaleMarks:
         boxes = self.boxes() if self._shown else np.zeros((0, 2, 3))
         shapes = None
         if len(boxes):
-            corners = box_corners(boxes[:, 0], boxes[:, 1])
+            margin = _MARGIN * (boxes[:, 1] - boxes[:, 0]).max(axis=1, keepdims=True)
+            corners = box_corners(boxes[:, 0] - margin, boxes[:, 1] + margin)
             color = np.array(STALE_COLOR.getRgb()[:3], np.uint8)
             shapes = (corners, box_edges(len(boxes)), np.tile(color, (len(corners), 1)))
         for viewport in self._viewports():

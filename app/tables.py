@@ -8,10 +8,19 @@ from typing import Any
 
 from PyQt6.QtCore import QAbstractTableModel, QModelIndex, QObject, QSortFilterProxyModel, Qt
 from PyQt6.QtGui import QBrush, QColor
-from PyQt6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
+from PyQt6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableView,
+    QWidget,
+)
 
 _MEASURED_ROWS = 60
 """Rows whose texts say how wide columns are."""
+_WIDEST, _LEAST_WIDE = 0.36, 150
+"""Widest that a column gets by itself, as a share of the table, and how wide it may be in any case, in pixels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +123,15 @@ class RowsModel(QAbstractTableModel):
         return None
 
 
+class _MiddleDelegate(QStyledItemDelegate):
+    """Cuts long texts in the middle."""
+
+    def initStyleOption(self, option: QStyleOptionViewItem | None, index: QModelIndex) -> None:
+        super().initStyleOption(option, index)
+        if option is not None:
+            option.textElideMode = Qt.TextElideMode.ElideMiddle
+
+
 class _FilterProxy(QSortFilterProxyModel):
     """Leaves rows out, and leaves their order to the model."""
 
@@ -134,6 +152,7 @@ class RowsView(QTableView):
         self.proxy.setFilterCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
         self.proxy.setFilterKeyColumn(-1)
         self.setModel(self.proxy)
+        self._stretch = stretch
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -150,10 +169,19 @@ class RowsView(QTableView):
         columns.setHighlightSections(False)
         columns.setResizeContentsPrecision(_MEASURED_ROWS)
 
+    def elide_middle(self, column: int) -> None:
+        """Cuts texts of a column in the middle where there is no room for them: the end of a path tells the most."""
+        self.setItemDelegateForColumn(column, _MiddleDelegate(self))
+
     def set_rows(self, rows: Sequence[tuple[Cell, ...]]) -> None:
-        """Replaces all rows and fits the columns to them."""
+        """Replaces all rows and fits the columns to them, so that none takes the room of the one that stretches."""
         self.rows.set_rows(rows)
         self.resizeColumnsToContents()
+        port = self.viewport()
+        most = max(_LEAST_WIDE, int(_WIDEST * (port.width() if port is not None else 0)))
+        for column in range(self.rows.columnCount()):
+            if column != self._stretch and self.columnWidth(column) > most:
+                self.setColumnWidth(column, most)
 
     def show_row(self, number: int) -> None:
         """Selects the row given as the `number`-th and scrolls to it; -1, or one filtered out, selects none."""

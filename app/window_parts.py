@@ -47,6 +47,7 @@ class DockSpec:
         side: Where it stands at first, as a tab behind those that came before.
         scrolled: Whether it scrolls as a whole where there is no room for it.
         shown: Whether it is there before the user asks for it.
+        seldom: Whether its tab stands behind those of its side that are used more.
     """
 
     title: str
@@ -54,6 +55,7 @@ class DockSpec:
     side: Side
     scrolled: bool = False
     shown: bool = True
+    seldom: bool = False
 
 
 @dataclass(slots=True)

@@ -15,6 +15,19 @@ _KIND_TIPS = {
     ShareKind.RESIDUAL: "Rounding, and the tolerance of the solver",
 }
 
+_KIND_NAMES = {
+    ShareKind.BOUNDS: "bounds",
+    ShareKind.UNTRACED: "untraced",
+    ShareKind.RESIDUAL: "rounding",
+}
+
+
+def share_name(share: Share) -> str:
+    """What a narrow row calls it: short where it is no object, and where it is the one that is explained."""
+    if share.kind is not ShareKind.OBJECT:
+        return f"({_KIND_NAMES[share.kind]})"
+    return "(itself)" if share.is_self else share.name.rpartition("/")[2]
+
 
 def headline(explanation: Explanation, column: int) -> str:
     """Value and darkness at one distance, as rich text."""

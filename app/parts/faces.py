@@ -71,13 +71,13 @@ class FacesPart(Part):
             ],
             (
                 ActionSpec(
-                    "faces-wider", menu, "&Wider brush", "A brush of a larger radius", (".",), group=6,
+                    "faces-wider", menu, "&Wider brush", "A brush of a larger radius", ("Alt+.",), group=6,
                 ),
                 lambda: self.set_radius(self.tool.radius * _RADIUS_STEP),
             ),
             (
                 ActionSpec(
-                    "faces-narrower", menu, "&Narrower brush", "A brush of a smaller radius", (",",), group=6,
+                    "faces-narrower", menu, "&Narrower brush", "A brush of a smaller radius", ("Alt+,",), group=6,
                 ),
                 lambda: self.set_radius(self.tool.radius / _RADIUS_STEP),
             ),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from PyQt6.QtCore import QTimer
+
 from app.log_panel import LogBridge
 from app.user_commands import select_path
 from app.view_presenter import Overlays
@@ -13,6 +15,10 @@ class PanelsPart(Part):
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
+        self._list_soon = QTimer(bench.window)  # a level can have thousands: in an event of their own
+        self._list_soon.setSingleShot(True)
+        self._list_soon.setInterval(0)
+        self._list_soon.timeout.connect(lambda: bench.panels.findings.set_findings(bench.document.findings))
         self._log = LogBridge(bench.window)
         self._log.attach()
 
@@ -23,8 +29,8 @@ class PanelsPart(Part):
             DockSpec("Bake", panels.bake, Side.LEFT),
             DockSpec("Objects", panels.outliner, Side.LEFT),
             DockSpec("Display", panels.display, Side.RIGHT, scrolled=True),
-            DockSpec("Marks", panels.overlays, Side.RIGHT, scrolled=True),
-            DockSpec("Decorators", panels.decorators, Side.RIGHT, scrolled=True),
+            DockSpec("Marks", panels.overlays, Side.RIGHT, scrolled=True, seldom=True),
+            DockSpec("Decorators", panels.decorators, Side.RIGHT, scrolled=True, seldom=True),
             DockSpec("Probe", panels.probe, Side.BOTTOM),
             DockSpec("Stages", panels.stages, Side.BOTTOM),
             DockSpec("Findings", panels.findings, Side.BOTTOM),
@@ -47,7 +53,7 @@ class PanelsPart(Part):
         bench.banner.log_requested.connect(lambda: bench.show_panel("Log"))
         bench.engine.logged.connect(lambda level, name, text: panels.log.add(level, f"engine: {name}", text))
         self._log.line.connect(panels.log.add)
-        document.opened.connect(lambda: panels.findings.set_findings(document.findings))
+        document.opened.connect(self._list_soon.start)
         document.result_changed.connect(self._on_result)
         document.selection_changed.connect(self._on_selection)
         document.threshold_changed.connect(self._show_drawn)
@@ -55,6 +61,7 @@ class PanelsPart(Part):
 
     def close(self) -> None:
         """Hears no more of the log."""
+        self._list_soon.stop()
         self._log.detach()
 
     def _show_instances(self, kind: str) -> None:
@@ -77,4 +84,4 @@ class PanelsPart(Part):
 
     def _on_result(self) -> None:
         self.bench.panels.stages.set_result(self.bench.document.result)
-        self.bench.panels.findings.set_findings(self.bench.document.findings)
+        self._list_soon.start()
