@@ -53,8 +53,8 @@ logger = logging.getLogger(__name__)
 class Walk:
     """A window over a copy of the sample level, and its pictures."""
 
-    def __init__(self, folder: Path, work: Path) -> None:
-        self.app, self.folder = application(), folder
+    def __init__(self, folder: Path, work: Path, prefix: str = "dark-spot-") -> None:
+        self.app, self.folder, self.prefix = application(), folder, prefix
         self.scene = work / "level.glb"
         for name in ("level.glb", "level.glb.obscura.toml"):
             shutil.copy(LEVEL / name, work / name)
@@ -96,7 +96,7 @@ class Walk:
         self.rest(2.0)
         screen = QGuiApplication.primaryScreen()
         assert screen is not None
-        path = self.folder / f"dark-spot-{name}.png"
+        path = self.folder / f"{self.prefix}{name}.png"
         screen.grabWindow(self.window.winId()).save(str(path))
         few = Image.open(path).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
         few.save(path, optimize=True)

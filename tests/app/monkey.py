@@ -5,12 +5,18 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 
-from PyQt6.QtCore import QPoint, QPointF, Qt, QTimer
+from PyQt6.QtCore import QEvent, QPoint, QPointF, Qt, QTimer
+from PyQt6.QtGui import QMouseEvent
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication, QDialog, QMainWindow, QMenu, QMessageBox, QWidget
 
+from app.parts.placing import PlacingPart
+from app.parts.rebake import RebakePart
+from app.region_part import RegionsPart
 from app.window import Window
+from viewer.gizmo import Motion
 
+_MODIFIERS = (Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier)
 LEFT_ALONE = {"quit", "open-sample"}
 """They end the window, or bake for minutes."""
 
@@ -38,6 +44,9 @@ class Monkey:
             (10, self._click),
             (5, self._wheel),
             (5, self._drag),
+            (5, self._faces),
+            (3, self._place),
+            (3, self._layer),
             (6, self._list),
             (5, self._range),
             (4, self._threshold),
@@ -79,6 +88,45 @@ class Monkey:
         QTest.mouseMove(view, end)
         QTest.mouseRelease(view, button, pos=end)
         return f"drag {button.name}"
+
+    def _faces(self) -> str:
+        """Chooses triangles: with some tool, along some way, adding or taking away."""
+        view, dice = self._window.area.main.view, self._dice
+        name = f"faces-{dice.choice(['box', 'lasso', 'brush'])}"
+        if not self._window.actions_by_id[name].isChecked():
+            self._window.actions_by_id[name].trigger()
+        held = dice.choice([Qt.KeyboardModifier.NoModifier, *_MODIFIERS])
+        way = [QPointF(self._spot()) for _ in range(dice.randrange(1, 6))]
+        left = Qt.MouseButton.LeftButton
+        for kind, place, signal in (
+            (QEvent.Type.MouseButtonPress, way[0], view.mouse_pressed),
+            *((QEvent.Type.MouseMove, place, view.mouse_moved) for place in way[1:]),
+            (QEvent.Type.MouseButtonRelease, way[-1], view.mouse_released),
+        ):
+            signal.emit(QMouseEvent(kind, place, place, left, left, held))
+        return name
+
+    def _place(self) -> str:
+        """Moves, turns or scales what is selected, or gives it keys of its own."""
+        part, dice = self._window.part(PlacingPart), self._dice
+        match dice.randrange(3):
+            case 0:
+                part.place_by(Motion((dice.uniform(-1.0, 1.0), 0.0, dice.uniform(-1.0, 1.0))))
+            case 1:
+                part.place_by(Motion(factor=dice.uniform(0.8, 1.25)))
+            case _:
+                name, values = dice.choice([("samples", [None, 2, 5]), ("alpha", [None, 0.0, 0.3])])
+                part.panel.key_set.emit(name, dice.choice(values))
+        return "place"
+
+    def _layer(self) -> str:
+        """Chooses a layer, and sometimes a region to turn it down in."""
+        layers = self._window.part(RebakePart).panel.layers
+        layers.show_row(self._dice.randrange(-1, max(layers.rows.rowCount(), 1)))
+        state = self._window.part(RegionsPart).state
+        if state.regions is not None:
+            state.set_view(state.view.replaced(region=self._dice.randrange(-1, len(state.regions.graph))))
+        return "layer"
 
     def _list(self) -> str:
         outliner, world = self._window.panels.outliner, self._window.document.world
