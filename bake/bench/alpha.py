@@ -38,7 +38,8 @@ def measure_alpha(scenes: Iterable[Path], options: Mapping[str, Any]) -> Measure
         scenes: Scene files; without any, the field of `bench accuracy` with its plain occlusion.
         options: Bake options by long name; rays and samples are the benchmark's.
     """
-    paths, rows = list(scenes), []
+    paths = list(scenes)
+    rows: list[dict[str, Any]] = []
     with TemporaryDirectory() as folder:
         if not paths:
             paths, options = [Path(folder) / "comparison field.ply"], {**_FIELD, **options}

@@ -77,6 +77,15 @@ def measure_scaling(
     return by_triangles, by_copies, Measurements("growth", exponents, told, seeds=seeds)
 
 
+def measure_largest(options: Mapping[str, Any], *, largest: int) -> Measurements:
+    """One field alone, so that a size that takes minutes can be baked in a run of its own."""
+    options, _ = runnable({**PLAIN, **options})
+    with tempfile.TemporaryDirectory() as folder:
+        row = _measured(write_field, Path(folder) / f"{largest}.glb", largest, options)
+    how = f"{options['rays']} rays a sample, {options['samples-per-face']} samples a face"
+    return Measurements("largest field", [row], [how], seeds={"scene": SEED, "bake": int(options.get("seed", 1))})
+
+
 def exponent_rows(rows: Sequence[Row], size: str, gate: float) -> list[dict[str, Any]]:
     """One row a stage: the exponent with which its seconds grow with the column `size`."""
     found: list[dict[str, Any]] = []
