@@ -51,9 +51,7 @@ def speed_tables(
     Raises:
         InputError: a table or a size that there is not; before anything is measured.
     """
-    wanted = [name.strip() for name in tables.split(",") if name.strip()] or [
-        name for name in TABLES if name not in _ASKED_FOR
-    ]
+    wanted = [name.strip() for name in tables.split(",") if name.strip()] or list(_UNASKED)
     unknown = [name for name in wanted if name not in TABLES]
     if unknown:
         raise InputError(f"no table {unknown[0]!r}", where="--tables", remedy=f"use some of {', '.join(TABLES)}")
