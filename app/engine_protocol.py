@@ -143,16 +143,23 @@ class TaskDone:
 
 @dataclass(frozen=True, slots=True)
 class RebakeLayout:
-    """How the vertices of the values that follow are numbered: those of each object, shape (o + 1,)."""
+    """How the vertices of the values that follow are numbered: those of each object, shape (o + 1,).
+
+    `moments` are those at which the engine began with the job and had read the scene, by `time.monotonic`.
+    """
 
     id: int
     paths: tuple[str, ...]
     first_vertex: Int64Array
+    moments: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class RebakeValues:
-    """Values of a rebake under way: vertices, shape (n,) int32, and their AO, shape (n, columns) float32."""
+    """Values of a rebake under way: vertices, shape (n,) int32, and their AO, shape (n, columns) float32.
+
+    `moment` is when they were sent, by `time.monotonic`.
+    """
 
     id: int
     vertices: Int32Array
@@ -160,6 +167,7 @@ class RebakeValues:
     rays_done: int
     rays_total: int
     final: bool
+    moment: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -110,7 +110,7 @@ def _serve(
         elif isinstance(job, TaskJob):
             connection.send(_task(connection, cancelled_id, job))
         else:
-            connection.send(_solve(job, keepers[1]))
+            connection.send(_solve(job, *keepers))
     except Cancelled:
         connection.send(JobStopped(job.id))
     except ObscuraError as error:
@@ -160,10 +160,11 @@ def _task(connection: Connection, cancelled_id: Any, job: TaskJob) -> TaskDone:
     return TaskDone(job.id, value, time.monotonic() - started)
 
 
-def _solve(job: SolveJob, keeper: SolveKeeper) -> SolveDone:
+def _solve(job: SolveJob, rebaked: RebakeKeeper, keeper: SolveKeeper) -> SolveDone:
     started = time.monotonic()
-    result = _loaded(job.result, os.stat(Path(job.result) / "manifest.json").st_mtime_ns)
-    field = keeper.solve(result, BakeSettings.from_options(job.options))
+    kept, begin = rebaked.kept(job.result) or (None, None)
+    result = kept or _loaded(job.result, os.stat(Path(job.result) / "manifest.json").st_mtime_ns)
+    field = keeper.solve(result, BakeSettings.from_options(job.options), begin)
     memory = SharedMemory(job.memory)
     try:
         ao, state = field_views(memory, job.vertices, job.columns)

@@ -18,7 +18,7 @@ from PyQt6.QtWidgets import (
 
 from app.document import Document
 from app.view_presenter import Overlays
-from bake.types import VertexField, VertexState
+from bake.types import Tally, VertexField, VertexState
 from viewer.colormaps import WARNING
 from viewer.overlays import FILLED_COLOR, UNREFERENCED_COLOR, invalid_count
 
@@ -38,6 +38,7 @@ class OverlayPanel(QWidget):
         self._document = document
         self._filling = False
         self._counted: tuple[VertexField | None, float] = (None, 0.0)
+        self._judged: tuple[Tally | None, float, int] = (None, 0.0, 0)
         self._rest = QTimer(self)
         self._rest.setSingleShot(True)
         self._rest.setInterval(APPLY_MS)
@@ -174,7 +175,7 @@ class OverlayPanel(QWidget):
         self.setEnabled(result is not None)
         self._scale.setText(_scale_text(document.threshold))
         if result is None or document.field is None:
-            self._counted = None, 0.0
+            self._counted, self._judged = (None, 0.0), (None, 0.0, 0)
             self._counts.setText("No result yet.")
             return
         counted, threshold = self._counted
@@ -182,7 +183,9 @@ class OverlayPanel(QWidget):
         if counted is document.field and threshold == document.threshold:
             return
         self._counted = document.field, document.threshold
-        invalid, total = invalid_count(result.tally, document.threshold), len(result.tally)
+        if self._judged[0] is not result.tally or self._judged[1] != document.threshold:
+            self._judged = result.tally, document.threshold, invalid_count(result.tally, document.threshold)
+        invalid, total = self._judged[2], len(result.tally)
         state = document.field.state
         filled = int((state == VertexState.FILLED).sum())
         unreferenced = int((state == VertexState.UNREFERENCED).sum())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,8 +18,12 @@ if TYPE_CHECKING:
     from bake.rebake.session import RebakeSession
     from bake.rebake.types import Partial, RebakeOutcome, RebakeReport
     from bake.scene.load import SceneReader
+    from bake.solve.update import FieldKeeper
 
 Step = Progress | RebakeLayout | RebakeValues
+
+PICTURE_SECONDS = 0.25
+"""Shortest time between two sets of values of a rebake, but for the last."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -62,8 +66,9 @@ class RebakeKeeper:
         from bake.results import save_result
         from bake.stages import patiently
 
-        begin = time.perf_counter()
+        begin, began = time.perf_counter(), time.monotonic()
         (session, scene), _ = yield from patiently("load", lambda: self._ready(job))
+        moments = (began, time.monotonic())
         if job.prepare:
             yield from session.prepare()
             ready = time.perf_counter() - begin
@@ -75,7 +80,7 @@ class RebakeKeeper:
         settings = BakeSettings.from_options(job.options)
         self._told = None
         try:
-            outcome = yield from self._rebaked(job, session, scene, settings)
+            outcome = yield from self._rebaked(job, session, scene, settings, moments)
         finally:
             if session.result is before:
                 self._told = told
@@ -91,6 +96,14 @@ class RebakeKeeper:
         yield from patiently("store", store)
         self._told = (outcome.result, checksums[0])
         return Rebaked(outcome.report, (final, time.perf_counter() - begin))
+
+    def kept(self, folder: str) -> tuple[BakeResult, FieldKeeper] | None:
+        """The result stored in a folder, with what follows its values, if both are at hand."""
+        session, told = self._session, self._told
+        if session is None or self._folder != folder or told is None or told[0] is not session.result:
+            return None
+        keeper = session.keeper
+        return None if keeper is None or told[1] != _checksum(Path(folder)) else (session.result, keeper)
 
     def close(self) -> None:
         """Frees what is kept."""
@@ -122,27 +135,50 @@ class RebakeKeeper:
         return self._session, self._reader.read(crease_angle=settings.crease_angle)
 
     def _rebaked(
-        self, job: RebakeJob, session: RebakeSession, scene: Scene, settings: BakeSettings
+        self,
+        job: RebakeJob,
+        session: RebakeSession,
+        scene: Scene,
+        settings: BakeSettings,
+        moments: tuple[float, float],
     ) -> Generator[Step, None, RebakeOutcome]:
         from bake.rebake.types import Partial
 
-        yield _scene_layout(job, scene, session.result.world, ground=settings.ground is not None)
+        layout = _scene_layout(job, scene, session.result.world, ground=settings.ground is not None)
+        yield dataclasses.replace(layout, moments=moments)
         objects = None if job.objects is None else frozenset(job.objects)
         faces = _faces_of(job, scene)
         first = lambda: _in_view(job, session.result.world)  # noqa: E731
         steps = session.rebake(scene, settings, objects=objects, faces=faces, first=first)
+        waiting: list[Partial] = []
+        sent = 0.0
         try:
             while True:
                 step = next(steps)
-                yield _values(job, step) if isinstance(step, Partial) else step
+                if not isinstance(step, Partial):
+                    yield step
+                    continue
+                waiting.append(step)
+                # A picture takes its time: what comes quickly one after the other is shown together.
+                if step.final or time.monotonic() - sent >= PICTURE_SECONDS:
+                    yield _values(job, [step] if step.final else waiting)
+                    waiting, sent = [], time.monotonic()
         except StopIteration as end:
             return end.value
         finally:
             steps.close()
 
 
-def _values(job: RebakeJob, part: Partial) -> RebakeValues:
-    return RebakeValues(job.id, part.vertices.astype(np.int32), part.ao, part.rays_done, part.rays_total, part.final)
+def _values(job: RebakeJob, parts: Sequence[Partial]) -> RebakeValues:
+    """Several partial values as one: of what comes more than once, the last."""
+    last = parts[-1]
+    vertices, ao = last.vertices, last.ao
+    if len(parts) > 1:
+        joined = np.concatenate([part.vertices for part in reversed(parts)])
+        vertices, place = np.unique(joined, return_index=True)
+        ao = np.concatenate([part.ao for part in reversed(parts)])[place]
+    rays = last.rays_done, last.rays_total
+    return RebakeValues(job.id, vertices.astype(np.int32), ao, *rays, last.final, time.monotonic())
 
 
 def _all_values(job: RebakeJob, result: BakeResult) -> RebakeValues:

@@ -27,11 +27,17 @@ class Timing:
     """When a rebake showed what, in seconds after it was asked for; below 0 while it has not.
 
     Attributes:
+        begun: The engine began.
+        read: It had read the scene.
+        sent: It had sent the first values.
         first: Its first values.
         final: Its final values.
         stored: Its stored result.
     """
 
+    begun: float = -1.0
+    read: float = -1.0
+    sent: float = -1.0
     first: float = -1.0
     final: float = -1.0
     stored: float = -1.0
@@ -96,7 +102,7 @@ class Rebaker(QObject):
             return
         chosen = None if objects is None else tuple(objects)
         self._field = None  # the first values start from what is stored, not from those of a rebake that was stopped
-        self._asked, self.timing = time.perf_counter(), Timing()
+        self._asked, self.timing = time.monotonic(), Timing()
         self._layout = self._place = None
         self._job = self._engine.rebake(scene, folder, settings, objects=chosen, faces=faces, camera=camera)
         self.began.emit()
@@ -123,6 +129,8 @@ class Rebaker(QObject):
             return
         if isinstance(said, RebakeLayout):
             self._layout, self._place = said, None
+            if said.moments[0] > 0.0:
+                self.timing.begun, self.timing.read = (moment - self._asked for moment in said.moments)
         elif isinstance(said, RebakeValues):
             self._show(said)
         elif isinstance(said, Progress):
@@ -147,10 +155,10 @@ class Rebaker(QObject):
         state[own[has & ~had]], state[own[had & ~has]] = VertexState.BAKED, VertexState.NOT_BAKED
         self._field = replace(field, ao=fresh, state=state)
         document.set_field(self._field, NOTE)
-        now = time.perf_counter() - self._asked
+        now = time.monotonic() - self._asked
         if values.rays_total or values.final:
             if self.timing.first < 0.0:
-                self.timing.first = now
+                self.timing.first, self.timing.sent = now, values.moment - self._asked
             if values.final:
                 self.timing.final = now
         self.shown.emit(values)
@@ -158,7 +166,7 @@ class Rebaker(QObject):
     def _on_finished(self, job: RebakeJob, done: RebakeDone) -> None:
         if job.id == self._job:
             self._job = 0
-            self.timing.stored = time.perf_counter() - self._asked
+            self.timing.stored = time.monotonic() - self._asked
             self._field = None
             self.done.emit(done)  # its listeners take the result over, which needs no preparing
 

@@ -24,15 +24,15 @@ class SolveKeeper:
         self._keeper: FieldKeeper | None = None
         self._settings: BakeSettings | None = None
 
-    def solve(self, result: BakeResult, settings: BakeSettings) -> VertexField:
+    def solve(self, result: BakeResult, settings: BakeSettings, begin: FieldKeeper | None = None) -> VertexField:
         """The values of stored samples with other settings.
 
         Args:
             result: Whose samples; the same object as before where nothing was stored since.
             settings: As wanted; what they say of rays is passed over.
+            begin: What follows the result's values, if it is at hand.
         """
         from bake.solve import map_to_vertices
-        from bake.solve.update import FieldKeeper
 
         valid = result.tally.valid(settings.back_face_threshold)
         if settings.mapping is not result.settings.mapping or result.stale:
@@ -40,16 +40,21 @@ class SolveKeeper:
         keeper, before = self._keeper, self._settings
         if self._result is not result or keeper is None or before is None:
             before = result.settings
-            known = result.tally.valid(before.back_face_threshold)
-            keeper = FieldKeeper(
-                result.world, result.samples, result.tally.ao, known, before, field=_surfaces_alone(result)
-            )
+            keeper = begin or _keeper_of(result)
         changed = np.flatnonzero(valid != result.tally.valid(before.back_face_threshold))
         update = keeper.updated(
             result.world, result.samples, result.tally.ao, valid, None, changed, settings, tolerance=TOLERANCE
         )
         self._result, self._keeper, self._settings = result, update.keeper, settings
         return update.field
+
+
+def _keeper_of(result: BakeResult) -> FieldKeeper:
+    from bake.solve.update import FieldKeeper
+
+    known = result.tally.valid(result.settings.back_face_threshold)
+    surfaces = _surfaces_alone(result)
+    return FieldKeeper(result.world, result.samples, result.tally.ao, known, result.settings, field=surfaces)
 
 
 def _surfaces_alone(result: BakeResult) -> VertexField | None:

@@ -10,7 +10,7 @@ import numpy as np
 from app.decorator_presenter import DecoratorPresenter
 from app.document import Document
 from app.viewport import Viewport
-from bake.types import VertexField, VertexState
+from bake.types import VertexField, VertexState, World
 from viewer.decorator_view import TREE_WORDS, TreeShading
 from viewer.display import shown_field
 from viewer.fields import Quantity, distance_label
@@ -43,6 +43,7 @@ class ViewPresenter:
         self._overlays = Overlays()
         self.decorators = DecoratorPresenter(document, self._viewports)
         self._absent = document.absent()
+        self._placed = document.world
         self._coloring = (document.decorators.trees, document.tree_shading, document.decorators.scalars)
         self.caption_of: Callable[[int], str] | None = None
         """Says what each viewport shows, for those who compare other things than mappings."""
@@ -93,6 +94,7 @@ class ViewPresenter:
         document.selection_changed.disconnect(self._on_selection)
 
     def _on_world(self) -> None:
+        self._placed = self._document.world
         self._absent = self._document.absent()
         visible = self._document.face_visible()
         for viewport in self._viewports:
@@ -128,9 +130,12 @@ class ViewPresenter:
             self._on_visibility()
 
     def _on_geometry(self) -> None:
-        if self._document.world is not None:
-            for viewport in self._viewports:
-                viewport.move_vertices(0, np.asarray(self._document.world.positions))
+        world, before = self._document.world, self._placed
+        self._placed = world
+        if world is not None:
+            for own in _moved(before, world):
+                for viewport in self._viewports:
+                    viewport.move_vertices(own.start, np.asarray(world.positions[own]))
         self._draw_overlays()
         self._on_selection()
 
@@ -218,3 +223,12 @@ class ViewPresenter:
             return display.column
         distances = result.settings.column_distances
         return distances.index(max(distances))
+
+
+def _moved(before: World | None, now: World) -> list[slice]:
+    """Spans of vertices that lie elsewhere than before; all of them if the objects are others."""
+    if before is None or before.object_paths != now.object_paths:
+        return [slice(0, now.vertex_count)]
+    pairs = zip(before.object_hash, now.object_hash, strict=True)
+    moved = [number for number, (then, digest) in enumerate(pairs) if then != digest]
+    return [slice(int(now.first_vertex[number]), int(now.first_vertex[number + 1])) for number in moved]

@@ -226,6 +226,7 @@ class PlacingPart(Part):
         world, centre, items = self.bench.document.world, self._centre(), self._items()
         if world is None or centre is None:
             return
+        self._preview(motion)  # the objects are there at once, whoever reads the edit first
         keys = keys_after(items, motion, centre + np.asarray(world.origin))
         word = "scale" if motion.factor != 1.0 else "move" if any(motion.shift) else "turn"
         self.bench.part(SceneEditsPart).set_keys(keys, f"{word} {_named(items)}")

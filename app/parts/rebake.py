@@ -10,7 +10,7 @@ from PyQt6.QtCore import QTimer
 
 from app.actions import Action, ActionSpec
 from app.controller import ALPHA
-from app.engine_protocol import RebakeDone
+from app.engine_protocol import RebakeDone, RebakeValues
 from app.parts.results_history import ResultsHistoryPart
 from app.parts.scene_watch import SceneWatchPart
 from app.rebake_layers import LayerInfo, names_of
@@ -122,7 +122,7 @@ class RebakePart(Part):
         )
         self.panel.auto_toggled.connect(self.set_auto)
         self.rebaker.told.connect(self._on_told)
-        self.rebaker.shown.connect(lambda _values: self._show_timing())
+        self.rebaker.shown.connect(self._on_shown)
         self.rebaker.done.connect(self._on_done)
         self.rebaker.ended.connect(lambda _replaced: self._on_stopped())
         bench.progress.cancel_requested.connect(self.rebaker.cancel)
@@ -138,6 +138,7 @@ class RebakePart(Part):
         self.panel.alpha.dropped.connect(lambda: bench.controller.solve_alpha(None))
         self.panel.alpha.kept.connect(self._keep_alpha)
         bench.controller.solving.connect(self._on_solving)
+        bench.docks[PANEL].visibilityChanged.connect(lambda shown: self._prepare() if shown else None)
         bench.panels.bake.form.changed.connect(self._on_form)
         registry["stale-marks"].setChecked(True)
         self.refresh()
@@ -254,7 +255,7 @@ class RebakePart(Part):
             self._start(self._followed_settings(result), None)
 
     def _prepare(self) -> None:
-        """Somebody looks at objects' places, so a change is likely."""
+        """Somebody looks at objects' places, or at the slider of smoothing, so a change is likely."""
         result, current = self.bench.document.result, self.bench.document.current
         if result is not None and current is not None and current.is_fresh:
             self.rebaker.prepare(result.settings)
@@ -294,6 +295,11 @@ class RebakePart(Part):
         self.panel.show_state(f"{progress.stage.capitalize()}{share} …")
         if not self._slow.isActive():
             self.bench.progress.set_progress(progress, 0.0)
+
+    def _on_shown(self, values: RebakeValues) -> None:
+        self._show_timing()
+        if values.rays_total or values.final:
+            self.bench.part(SceneWatchPart).catch_up()
 
     def _show_timing(self) -> None:
         timing = self.rebaker.timing

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 SETTLE_MS = 400
 """Programs write a file in several goes: it is read when it has rested so long."""
 
+WAIT_MS = 1500
+"""While a rebake is about to show an edit, its state is read then, or after this time."""
+
 logger = logging.getLogger(__name__)
 
 
@@ -90,9 +93,14 @@ class SceneWatchPart(Part):
         if new:
             self.edited.emit(edit.path.name, digest)
         if new and self.waits:
-            self._settle.start(SETTLE_MS)
+            self._settle.start(WAIT_MS)
         else:
             self._read()
+
+    def catch_up(self) -> None:
+        """Reads an edit of the window's own whose state is to be read later."""
+        if self._settle.isActive():
+            self._settle.start(0)
 
     def _on_opened(self) -> None:
         self._states = self._result = self._view = None
@@ -115,7 +123,7 @@ class SceneWatchPart(Part):
 
     def _on_file(self, _path: str) -> None:
         self._foreign = True
-        self._settle.start(SETTLE_MS)
+        self._settle.start(max(SETTLE_MS, self._settle.remainingTime()))
 
     def _on_result(self) -> None:
         document = self.bench.document

@@ -30,6 +30,10 @@ Row = dict[str, Any]
 
 FIRST_S, FINAL_S, ALPHA_S, TIMES_FASTER, RAYS_SHARE = 0.4, 3.0, 0.3, 20.0, 3.0
 _ROUNDS, _ALPHAS = 7, 5
+_PARTS = (
+    "edit written and asked for", "heard by the engine", "scene read", "first values found", "values in the window",
+    "picture",
+)  # fmt: skip
 _PROP_FACES = (50, 5000)
 _PROP_M = 4.0
 _STEP_M = 0.3
@@ -85,6 +89,7 @@ class _Run:
         self._part = driver.window.part(RebakePart)
         self._rebaker = self._part.rebaker
         self._reports: list[RebakeReport] = []
+        self._splits: list[tuple[float, ...]] = []
         self._rebaker.done.connect(self._on_done)
 
     def rows(self) -> list[Row]:
@@ -100,6 +105,7 @@ class _Run:
         first: list[tuple[float, float]] = []
         final: list[tuple[float, float]] = []
         slices: list[Slice] = []
+        self._splits.clear()
         for number in range(_ROUNDS):
             step = _STEP_M if number % 2 == 0 else -_STEP_M
             driver.phase("moving", lambda step=step: self._moved(step, first, final))
@@ -116,6 +122,7 @@ class _Run:
         return [
             {"what": "whole bake", "own s": bake},
             {"what": f"first values, {prop} moved", **_seconds(first[1:]), **_gate(FIRST_S, first_s <= FIRST_S)},
+            *self._split(),
             {"what": "final values", **_seconds(final[1:]), **_gate(FINAL_S, final_s <= FINAL_S)},
             {"what": "bake over final", "times": bake / final_s, **_gate(TIMES_FASTER, bake >= TIMES_FASTER * final_s)},
             {"what": "rays traced", "count": traced},
@@ -130,6 +137,17 @@ class _Run:
             {"what": "another α: rays traced", "count": alpha_rays, **_gate(0.0, alpha_rays == 0)},
             {"what": "longest slice of the window's thread while moving", "own s": 0.001 * longest},
         ]
+
+    def _split(self) -> list[Row]:
+        """Where the time to the first values went, pictures drawn meanwhile included."""
+        own = self._splits[1:]
+        medians: list[float] = np.median(own, axis=0).tolist()
+        rows = [{"what": f"… {name}", "wall s": median} for name, median in zip(_PARTS, medians, strict=True)]
+        stages = [report.stages for report in self._reports[1 : 1 + len(own)]]
+        names = dict.fromkeys(name for stage in stages for name in stage)
+        seconds = {name: float(np.median([stage.get(name, 0.0) for stage in stages])) for name in names}
+        text = ", ".join(f"{name} {value:.2f} s" for name, value in seconds.items())
+        return [*rows, {"what": f"the engine's stages: {text}"}]
 
     def _on_done(self, done: Any) -> None:
         if done.report is not None:
@@ -170,12 +188,22 @@ class _Run:
         timing = self._rebaker.timing
         part, done = self._window.part(PlacingPart), len(self._reports)
         begin, drawn_before = time.perf_counter(), self._driver.drawn()
+        asked: list[float] = []
 
         def is_first() -> bool:
             return self._rebaker.timing is not timing and self._rebaker.timing.first >= 0.0
 
+        def on_began() -> None:
+            asked.append(time.perf_counter() - begin)
+
+        self._rebaker.began.connect(on_began)
         answer = self._driver.ask(lambda: part.place_by(Motion((step, 0.0, 0.0))), is_first)
+        self._rebaker.began.disconnect(on_began)
         first.append((answer.seconds, answer.drawing))
+        now = self._rebaker.timing
+        ends = (0.0, asked[0], *(asked[0] + then for then in (now.begun, now.read, now.sent, now.first)))
+        shown = answer.seconds + answer.drawing
+        self._splits.append((*np.diff((*ends, max(shown, ends[-1]))).tolist(),))
         if self._rebaker.timing.final < 0.0:
             self._driver.ask(lambda: None, lambda: self._rebaker.timing.final >= 0.0)
         drawing = self._driver.drawn() - drawn_before

@@ -17,6 +17,7 @@ from bake.rebake.reach import Places
 from bake.rebake.state import State
 from bake.rebake.types import Partial, RebakeOutcome, RebakeReport
 from bake.settings import BakeSettings, TracerKind
+from bake.solve.update import FieldKeeper
 from bake.stages import StageClock, patiently
 from bake.types import BakeResult, Int64Array, Progress, Scene
 
@@ -52,6 +53,11 @@ class RebakeSession:
     def scene(self) -> Scene | None:
         """What it was baked from; None if nobody said."""
         return self._state.scene
+
+    @property
+    def keeper(self) -> FieldKeeper | None:
+        """What follows the values of the result; None until it is needed."""
+        return self._state.keeper
 
     def rebake(
         self,
