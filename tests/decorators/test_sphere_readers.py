@@ -9,7 +9,7 @@ import pytest
 
 from bake.decorator_types import ReadingSpheres
 from bake.decorators.resample import BakedSurface, sphere_reader
-from bake.devices import resolve
+from bake.devices import cuda_devices, resolve
 from bake.settings import BakeSettings, TracerKind
 from bake.trace import Tracer, create_tracer
 from bake.types import Float32Array, SolveReport, VertexField, World
@@ -51,14 +51,19 @@ def spheres_around(world: World, count: int) -> ReadingSpheres:
     )
 
 
-@pytest.mark.parametrize("kind", [TracerKind.EMBREE, TracerKind.WARP])
-def test_the_kernel_reads_what_closest_hits_do(kind: TracerKind) -> None:
+CUDA = pytest.param(TracerKind.WARP, "cuda", marks=pytest.mark.cuda)
+
+
+@pytest.mark.parametrize(("kind", "on"), [(TracerKind.EMBREE, "cpu"), (TracerKind.WARP, "cpu"), CUDA])
+def test_the_kernel_reads_what_closest_hits_do(kind: TracerKind, on: str) -> None:
     """Both readers find the same AO with the same rays, but where one ray slips between two triangles."""
+    if on == "cuda" and not cuda_devices():
+        pytest.skip("no CUDA device")
     world, surface = rough_surface()
     spheres = spheres_around(world, 300)
     counts = np.array([[True, False, True], [False, True, True], [True, True, False]])
-    settings = BakeSettings(tracer=kind, device="cpu", distances=(1.0, 2.0, 3.0))
-    with create_tracer(world, settings, resolve("cpu")) as tracer:
+    settings = BakeSettings(tracer=kind, distances=(1.0, 2.0, 3.0))
+    with create_tracer(world, settings, resolve(on)) as tracer:
         fused = sphere_reader(surface, tracer, rays=RAYS, counts=counts).read(spheres)
         plain = sphere_reader(surface, OnlyClosestHits(tracer), rays=RAYS, counts=counts).read(spheres)  # pyright: ignore[reportArgumentType]
     assert plain.hits.any()
