@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.commands.console import say, say_json
+from app.commands.console import note, say, say_json
 from app.commands.settings_options import add_settings_options, explicit_options
 from app.commands.speed_tables import add_speed_arguments, speed_tables
+from app.commands.written_tables import write_table
 from bake.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ USAGE = (
     "accuracy|adaptive|alpha|mapping|speed|workloads|stability|scenes|lods|trees|fog|regions|causes|explain|rebake|window|"
     "edits [SCENE | FOLDER …] [--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] "
     "[--edits N] [--edit-seeds N,…] [--bound B] [--minutes X] [--largest N] [--tables NAME,…] [--share X] "
-    "[--keep FOLDER] [--plots FOLDER] [--json] [settings]"
+    "[--keep FOLDER] [--plots FOLDER] [--into PAGE] [--json] [settings]"
 )
 
 
@@ -82,6 +83,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--minutes", type=float, default=None, metavar="X", help="begin no edit after so many (rebake only)"
     )
+    parser.add_argument(
+        "--into", type=Path, metavar="PAGE", help="put the tables between the page's marks of their names as well"
+    )
     add_speed_arguments(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object a table, a line each")
     add_settings_options(parser)
@@ -99,24 +103,27 @@ def run(arguments: argparse.Namespace) -> int:
             say_json(measured.to_json())
         else:
             say(f"### {measured.name}\n\n{measured.to_markdown()}\n")
+        if arguments.into is not None and not write_table(arguments.into, measured.name, measured.to_markdown()):
+            note(f"{arguments.into} has no place for {measured.name!r}")
         passed = passed and measured.passed
     return 0 if passed else 1
 
 
-def _accuracy(arguments: argparse.Namespace) -> list[Measurements]:
-    from bake.bench.front import measure_fronts
+def _accuracy(arguments: argparse.Namespace) -> Iterable[Measurements]:
+    from app.commands.front_plot import plot_front
+    from bake.bench.front import FrontRow, measure_fronts
     from bake.bench.front_tables import tables
+
+    def tell(row: FrontRow) -> None:
+        note(f"{row.scene}: {row.baker}, {row.effort}: {row.seconds:.3g} s, RMSE {row.rmse:.4f}")
 
     scenes, options = _scenes(arguments) if arguments.paths else [], explicit_options(arguments)
     if arguments.plots is not None:
         arguments.plots.mkdir(parents=True, exist_ok=True)  # before minutes of measuring
-    fronts = measure_fronts(scenes, options, peers=arguments.peers, scale=arguments.scale)
-    if arguments.plots is not None:
-        from app.commands.front_plot import plot_front
-
-        for front in fronts:
+    for front in measure_fronts(scenes, options, peers=arguments.peers, scale=arguments.scale, tell=tell):
+        if arguments.plots is not None:
             plot_front(arguments.plots / f"front-{front.scene.replace(' ', '-')}.png", front)
-    return tables(fronts)
+        yield from tables(front)
 
 
 def _adaptive(arguments: argparse.Namespace) -> list[Measurements]:

@@ -11,8 +11,9 @@ import json
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -43,14 +44,16 @@ class Contender:
 
 
 def _ours() -> Iterator[Contender]:
+    for per_face, rays, alpha in (
+        ("1:1", 4, None), ("1:1", 8, None), ("2:2", 8, None), ("1:1", 8, 0.1), ("1:1", 16, 0.1), ("2:2", 16, 0.1),
+        ("2:2", 16, 0.03), ("4:4", 16, 0.03),
+    ):  # fmt: skip
+        smoothing = "average" if alpha is None else f"least squares, α {alpha:g}"
+        options: dict[str, Any] = {"samples-per-face": per_face, "rays": rays}
+        options |= {"mapping": "average"} if alpha is None else {"alpha": alpha}
+        yield Contender(f"{per_face} × {rays}, {smoothing}", options)
     yield Contender("preset preview", {"quality": "preview"})
     yield Contender("preset final", {"quality": "final"})
-    for per_face, rays in (("1:1", 4), ("1:1", 8), ("1:1", 16), ("2:2", 8), ("2:2", 16), ("4:4", 16)):
-        kinds = [("least-squares", 0.03), ("least-squares", 0.1)]
-        for mapping, alpha in [("average", 0.0), *kinds] if rays * int(per_face[0]) <= 8 else kinds:
-            smoothing = "average" if mapping == "average" else f"least squares, α {alpha:g}"
-            options = {"samples-per-face": per_face, "rays": rays, "mapping": mapping, "alpha": alpha}
-            yield Contender(f"{per_face} × {rays}, {smoothing}", options)
 
 
 OURS: tuple[Contender, ...] = tuple(_ours())
@@ -63,7 +66,8 @@ class FrontRow:
     Attributes:
         scene, baker, effort: Names.
         seconds: From the mesh's file to the stored result.
-        rmse, area_rmse, p999: Errors at the first distance.
+        rmse, p999: Errors at the first distance over the surface, that is at points spread by area.
+        mixed_rmse: The error where half of the points are spread by area and half evenly over the faces.
         banding: Kinks between faces, in 8-bit codes (`bake/bench/banding.py`).
         bounded: Whether the greatest distance was kept.
     """
@@ -73,7 +77,7 @@ class FrontRow:
     effort: str
     seconds: float
     rmse: float
-    area_rmse: float
+    mixed_rmse: float
     p999: float
     banding: float
     bounded: bool = True
@@ -85,7 +89,7 @@ class Front:
 
     Attributes:
         rows: In the order they were made.
-        floor, floor_banding: Error and kinks of the best piecewise linear AO.
+        floor, mixed_floor, floor_banding: Errors and kinks of the best piecewise linear AO.
         reference_error: That of the reference itself.
         distance: The greatest distance, metres.
         seed: Of our bakes; the reference has the next one.
@@ -94,6 +98,7 @@ class Front:
     scene: str
     rows: Sequence[FrontRow]
     floor: float
+    mixed_floor: float
     floor_banding: float
     reference_error: float
     distance: float
@@ -107,8 +112,9 @@ def measure_fronts(
     peers: Path | None = None,
     ours: Sequence[Contender] = OURS,
     scale: float = 1.0,
-) -> list[Front]:
-    """The front of each scene; without one, of the comparison field.
+    tell: Callable[[FrontRow], None] | None = None,
+) -> Iterator[Front]:
+    """The front of each scene, as they come; without a scene, of the comparison field.
 
     Args:
         scenes: Scene files; each is flattened into one mesh.
@@ -116,14 +122,17 @@ def measure_fronts(
         peers: An interpreter that has other bakers installed.
         ours: Our ways to bake.
         scale: Metres in a unit of the scenes.
+        tell: Told each row as soon as it is measured.
     """
-    found: list[Front] = []
     with tempfile.TemporaryDirectory(prefix="obscura-front-") as name:
         for number, (title, geometry) in enumerate(_geometries(list(scenes), scale)):
             folder = Path(name) / str(number)
             folder.mkdir()
-            found.append(_front(title, geometry, folder, {**_PLAIN, **options}, peers, ours))
-    return found
+            yield _front(title, geometry, folder, {**_PLAIN, **options}, peers, ours, tell or _silent)
+
+
+def _silent(_: FrontRow) -> None:
+    """Tells nobody."""
 
 
 _PLAIN: Mapping[str, Any] = {"kernel": Kernel.OCCLUSION.value, "max-distance": 10.0}
@@ -144,6 +153,7 @@ def _front(
     options: Mapping[str, Any],
     peers: Path | None,
     ours: Sequence[Contender],
+    tell: Callable[[FrontRow], None],
 ) -> Front:
     mesh = folder / "mesh.ply"
     write_ply(mesh, geometry)
@@ -151,15 +161,19 @@ def _front(
     settings = BakeSettings.from_options(options)
     world = flatten(load_scene(mesh), settings)
     truth = _truth(world, settings)
-    rows = list(_our_rows(title, mesh, folder, options, ours, truth, world))
+    rows: list[FrontRow] = []
+    measured = _our_rows(title, mesh, folder, options, ours, truth, world)
     if peers is not None:
-        open_truth = _truth(world, settings.replaced(max_distance=UNBOUNDED))
-        rows += _peer_rows(title, folder, settings, peers, truth, open_truth, world)
+        measured = chain(measured, _peer_rows(title, folder, settings, peers, truth, world))
+    for row in measured:
+        rows.append(row)
+        tell(row)
     best = finest_piecewise_linear(world, settings)
-    floor = truth.errors(best)["mixed 0"]
+    floor = truth.errors(best)
     return Front(
-        title, rows, floor, banding(world, best), float(truth.own_error[0]), settings.trace_distance, settings.seed
-    )
+        title, rows, floor["area 0"], floor["mixed 0"], banding(world, best), float(truth.own_error[0]),
+        settings.trace_distance, settings.seed,
+    )  # fmt: skip
 
 
 def _truth(world: World, settings: BakeSettings) -> SurfaceTruth:
@@ -178,14 +192,23 @@ def _our_rows(
     jobs = [(str(folder / f"ours-{i}"), {**options, **one.options}) for i, one in enumerate(ours)]
     request = json.dumps({"scene": str(mesh), "jobs": jobs})
     # One process for all, as peers' interpreters load their libraries before they look at the clock.
-    ended = subprocess.run(
-        [sys.executable, "-m", "bake.bench.timed_bakes"], input=request, capture_output=True, text=True, check=False
-    )
-    if ended.returncode:
-        raise DeviceError("the timed bakes failed", where="bench", remedy=ended.stderr.strip()[-400:])
-    for one, (result, _), seconds in zip(ours, jobs, json.loads(ended.stdout), strict=True):
-        ao = load_result(Path(result), verify=False).field.ao
-        yield _row(title, "Obscura", one.name, seconds, ao, truth, world)
+    with (folder / "timed-bakes.log").open("w+") as log:
+        with subprocess.Popen(
+            [sys.executable, "-m", "bake.bench.timed_bakes"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=log,
+            text=True,
+        ) as timed:
+            assert timed.stdin is not None and timed.stdout is not None
+            timed.stdin.write(request)
+            timed.stdin.close()
+            for one, (result, _), seconds in zip(ours, jobs, timed.stdout, strict=False):
+                ao = load_result(Path(result), verify=False).field.ao
+                yield _row(title, "Obscura", one.name, float(seconds), ao, truth, world)
+        if timed.returncode:
+            log.seek(0)
+            raise DeviceError("the timed bakes failed", where="bench", remedy=log.read().strip()[-400:])
 
 
 def _peer_rows(
@@ -194,9 +217,9 @@ def _peer_rows(
     settings: BakeSettings,
     python: Path,
     truth: SurfaceTruth,
-    open_truth: SurfaceTruth,
     world: World,
 ) -> Iterator[FrontRow]:
+    open_truth: SurfaceTruth | None = None
     with np.load(folder / "mesh.npz") as stored:
         faces = stored["faces"]
     for peer in PEERS:
@@ -208,7 +231,9 @@ def _peer_rows(
             if made is not None:
                 # The mesh's own vertices, which our loader may have parted at creases: by the corners of its faces.
                 ao = made.ao if made.ao.ndim == 3 else made.ao[faces]
-                own = truth if peer.bounded else open_truth
+                if not peer.bounded and open_truth is None:
+                    open_truth = _truth(world, settings.replaced(max_distance=UNBOUNDED))
+                own = truth if peer.bounded or open_truth is None else open_truth
                 name = f"{peer.name} {version}"
                 yield _row(title, name, f"{effort} rays", made.seconds, ao, own, world, bounded=peer.bounded)
 
@@ -225,7 +250,7 @@ def _row(
     bounded: bool = True,
 ) -> FrontRow:
     errors = truth.errors(ao)
-    p999 = float(truth.percentile(ao, 99.9)[0])
+    p999 = float(truth.percentile(ao, 99.9, "area")[0])
     return FrontRow(
-        title, baker, effort, seconds, errors["mixed 0"], errors["area 0"], p999, banding(world, ao), bounded
+        title, baker, effort, seconds, errors["area 0"], errors["mixed 0"], p999, banding(world, ao), bounded
     )

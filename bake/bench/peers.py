@@ -13,7 +13,7 @@ from bake.errors import InputError
 from bake.types import Float32Array
 
 _NOT_INSTALLED = 3
-_LONGEST = 1800.0
+_LONGEST = 400.0
 _LIBRARY = "import ctypes.util, importlib.metadata as m\ntry: print(m.version({!r}))\nexcept Exception: print('')"
 
 
@@ -27,6 +27,7 @@ class Peer:
         package: What has to be installed for it.
         bounded: Whether it knows a greatest distance.
         efforts: What to ask of it, from fast to good: its rays or samples.
+        way: What else its program is told.
     """
 
     name: str
@@ -34,13 +35,18 @@ class Peer:
     package: str
     bounded: bool
     efforts: tuple[int, ...]
+    way: str = ""
 
+
+CYCLES = "Blender Cycles, vertex colours"
+"""The way that has a gate: one colour a vertex, smooth-shaded."""
 
 PEERS = (
-    Peer("Blender Cycles", "with_cycles.py", "bpy", True, (16, 64, 256)),
-    Peer("rays from vertices (Open3D)", "with_open3d.py", "open3d", True, (16, 64, 256)),
-    Peer("libigl", "with_libigl.py", "libigl", False, (16, 64)),
-    Peer("PyMeshLab", "with_pymeshlab.py", "pymeshlab", False, (64,)),
+    Peer(CYCLES, "with_cycles.py", "bpy", True, (4, 16, 64), "point"),
+    Peer("Blender Cycles, corner colours, sharp edges", "with_cycles.py", "bpy", True, (4, 16, 64), "corner"),
+    Peer("rays from vertices (Open3D)", "with_open3d.py", "open3d", True, (16, 64)),
+    Peer("libigl", "with_libigl.py", "libigl", False, (16,)),
+    Peer("PyMeshLab", "with_pymeshlab.py", "pymeshlab", False, (16,)),
 )
 
 
@@ -88,11 +94,11 @@ def bake_with(
         effort: Its rays or samples.
 
     Returns:
-        None if it failed or took longer than half an hour.
+        None if it failed or took longer than `_LONGEST` seconds.
     """
-    output = folder / f"{peer.package}-{effort}.npy"
+    output = folder / f"{peer.package}-{peer.way}-{effort}.npy"
     program = Path(programs.__path__[0]) / peer.program
-    command = [str(python), str(program), str(mesh), str(output), f"{max_distance:g}", str(effort)]
+    command = [str(python), str(program), str(mesh), str(output), f"{max_distance:g}", str(effort), peer.way]
     try:
         ended = subprocess.run(command, capture_output=True, text=True, timeout=_LONGEST, check=False, cwd=folder)
     except subprocess.TimeoutExpired:

@@ -122,9 +122,7 @@ def trace_samples(world: World, samples: SampleSet, settings: BakeSettings) -> T
     return tally
 
 
-def finest_piecewise_linear(
-    world: World, settings: BakeSettings, *, rays: int = 128, per_face: int = 8
-) -> Float32Array:
+def finest_piecewise_linear(world: World, settings: BakeSettings, *, rays: int = 32, per_face: int = 8) -> Float32Array:
     """AO at the vertices by which linear interpolation comes closest to the truth, shape (n, k): the mapping's floor.
 
     Least squares without smoothing from many more and better samples than any bake takes.

@@ -1,6 +1,6 @@
 """Programs that other bakers' own interpreters run: each reads a mesh, bakes it as its users would, and stores AO.
 
-    python PROGRAM MESH.npz OUTPUT.npy MAX_DISTANCE EFFORT
+    python PROGRAM MESH.npz OUTPUT.npy MAX_DISTANCE EFFORT [WAY]
 
 MESH.npz holds `positions` (n, 3) float64 and `faces` (m, 3) int32. OUTPUT.npy gets AO at the vertices, shape (n,), or
 at the corners of the faces, shape (m, 3). The last line printed is the seconds from the mesh's file to the stored

@@ -1,4 +1,8 @@
-"""Blender's Cycles: AO baked into a colour attribute, on the CPU, with EFFORT samples."""
+"""Blender's Cycles: AO baked into a colour attribute, on the CPU, with EFFORT samples.
+
+The last argument says which: "point", one colour a vertex of a smooth-shaded mesh, as most people's vertex colours are;
+or "corner", one a corner of each face, and edges sharper than 30° are marked sharp first.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +20,7 @@ def main() -> int:
         return 3
 
     mesh_file, output, max_distance, effort = sys.argv[1], sys.argv[2], float(sys.argv[3]), int(sys.argv[4])
+    at_corners = sys.argv[5] == "corner"
     bpy.ops.wm.read_factory_settings(use_empty=True)
     begin = time.perf_counter()
     with np.load(mesh_file) as stored:
@@ -29,8 +34,9 @@ def main() -> int:
     mesh.polygons.foreach_set("loop_start", np.arange(0, faces.size, 3, dtype=np.int32))
     mesh.update(calc_edges=True)
     mesh.polygons.foreach_set("use_smooth", np.ones(len(faces), np.bool_))
-    mesh.set_sharp_from_angle(angle=np.radians(30.0))
-    attribute = mesh.color_attributes.new("ao", "FLOAT_COLOR", "CORNER")
+    if at_corners:
+        mesh.set_sharp_from_angle(angle=np.radians(30.0))
+    attribute = mesh.color_attributes.new("ao", "FLOAT_COLOR", "CORNER" if at_corners else "POINT")
     mesh.color_attributes.active_color = attribute
     level = bpy.data.objects.new("level", mesh)
     scene = bpy.context.scene
@@ -45,9 +51,9 @@ def main() -> int:
     scene.cycles.samples = effort
     scene.cycles.use_adaptive_sampling = False
     bpy.ops.object.bake(type="AO", target="VERTEX_COLORS")
-    colours = np.empty(4 * faces.size, np.float32)
+    colours = np.empty(4 * (faces.size if at_corners else len(positions)), np.float32)
     mesh.color_attributes["ao"].data.foreach_get("color", colours)
-    np.save(output, colours.reshape(-1, 3, 4)[:, :, 0])
+    np.save(output, colours.reshape((-1, 3, 4) if at_corners else (-1, 4))[..., 0])
     print(time.perf_counter() - begin)
     return 0
 
