@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bake.types import Float32Array, Float64Array, Int32Array, Int64Array
+from bake.arrays import Float32Array, Float64Array, Int32Array, Int64Array
 
 Vectors = tuple[Float64Array, Float64Array, Float64Array]
 """x, y and z of n vectors, each shape (n,), float64."""
@@ -22,7 +23,7 @@ class Triangles:
         self._positions = columns(positions)
         self._corners = [np.ascontiguousarray(faces[:, corner]) for corner in range(3)]
 
-    def corners(self, begin: int, end: int) -> list[Int32Array | Int64Array]:
+    def corners(self, begin: int, end: int) -> list[NDArray[np.int32 | np.int64]]:
         """The vertices of faces `begin` to `end`, corner by corner."""
         return [corner[begin:end] for corner in self._corners]
 

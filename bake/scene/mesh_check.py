@@ -42,7 +42,7 @@ def check_mesh(mesh: Mesh) -> MeshCheck:
     """Looks a mesh over, in object space."""
     used = referenced_vertices(mesh.faces, len(mesh.positions))
     extent = np.ptp(mesh.positions[used], axis=0) if used.any() else np.zeros(3)
-    points, slivers = lacking_surface(mesh.positions, mesh.faces, np.linalg.norm(extent, keepdims=True))
+    points, slivers = lacking_surface(mesh.positions, mesh.faces, np.array([np.linalg.norm(extent)], np.float64))
     welded = known_places(mesh.positions)[mesh.faces]
     coincident = find_coincident(mesh.positions, mesh.faces)
     inconsistent, non_manifold = _count_edges(welded, coincident.repeated | points)

@@ -132,7 +132,7 @@ def _join_corners(welded: Int64Array, directions: Float64Array, least_cosine: fl
         rows += [joined[0], joined[1]]
         others += [joined[2], joined[3]]
     if not rows:
-        return corner
+        return corner.astype(np.int64)
     row, column = np.concatenate(rows), np.concatenate(others)
     graph = coo_matrix((np.ones(len(row), np.int32), (row, column)), shape=(3 * count, 3 * count))
     return np.asarray(connected_components(graph.tocsr(), directed=False)[1], np.int64)
