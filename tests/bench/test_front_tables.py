@@ -1,0 +1,56 @@
+"""The tables of the comparison of bakers, and the page that they are put into."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from app.commands.written_tables import write_table
+from bake.bench.front import GATED, Front, FrontRow
+from bake.bench.front_tables import tables
+from bake.bench.peers import CYCLES
+
+
+def front(*rows: tuple[str, str, float, float]) -> Front:
+    """A front of bakers, efforts, seconds and errors."""
+    made = [FrontRow(GATED, baker, effort, seconds, rmse, rmse, 3 * rmse, 5.0) for baker, effort, seconds, rmse in rows]
+    return Front(GATED, made, 0.01, 0.012, 2.0, 0.001, 10.0, 1)
+
+
+def test_leads_are_taken_where_the_other_gets_no_further() -> None:
+    """Against the first of theirs that is as good as their best, and the first of ours that is at least as good."""
+    found = tables(
+        front(
+            ("Obscura", "cheap", 1.0, 0.065),
+            ("Obscura", "preset final", 30.0, 0.0135),
+            (f"{CYCLES} 4.5", "4 rays", 7.0, 0.08),
+            (f"{CYCLES} 4.5", "16 rays", 20.0, 0.071),
+            (f"{CYCLES} 4.5", "64 rays", 70.0, 0.0705),
+        )
+    )
+    best, at, by_area, _ = found[1].rows
+    assert best["RMSE"] == 0.0705
+    assert best["lead"] == pytest.approx(20.0)
+    assert at["RMSE"] == 0.072
+    assert at["lead"] == pytest.approx(20.0)
+    assert not best["passed"]
+    assert by_area["passed"]
+    assert found[0].seeds == {"bakes": 1, "reference": 2}
+
+
+def test_without_anything_as_good_there_is_no_lead() -> None:
+    """And no infinity, which JSON does not know."""
+    best = tables(front(("Obscura", "a", 1.0, 0.2), (f"{CYCLES} 4.5", "64 rays", 50.0, 0.1)))[1].rows[0]
+    assert best["lead"] is None
+    assert best["passed"] is False
+
+
+def test_tables_replace_those_between_the_marks(tmp_path: Path) -> None:
+    """And a page without the marks stays as it is."""
+    page = tmp_path / "page.md"
+    page.write_text("a\n<!-- t -->\nold\n<!-- /t -->\nb\n")
+    assert write_table(page, "t", "| new |\n")
+    assert page.read_text() == "a\n<!-- t -->\n| new |\n<!-- /t -->\nb\n"
+    assert not write_table(page, "other", "x")
+    assert page.read_text() == "a\n<!-- t -->\n| new |\n<!-- /t -->\nb\n"
