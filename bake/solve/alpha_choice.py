@@ -18,23 +18,13 @@ error at new places rather than at the samples.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from bake.settings import MappingKind
 from bake.solve.mapper import VertexMapper
-from bake.solve.prior import ScatterSums, usable_faces
-from bake.types import (
-    BoolArray,
-    Float32Array,
-    Float64Array,
-    Int32Array,
-    Int64Array,
-    SampleSet,
-    VertexField,
-    World,
-)
+from bake.solve.prior import POOLED_FACES, scene_scatter
+from bake.types import BoolArray, Float32Array, Float64Array, SampleSet, VertexField, World
 
 CANDIDATES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 
@@ -93,8 +83,8 @@ def choose_alpha(
     weight = 0.5 * area / area.sum() + 0.5 * each / each.sum()
     of_face = np.bincount(face, weight, world.face_count)
     with_samples = np.flatnonzero(of_face)
-    sigma = np.sqrt(_noise(corners, phi, mapper.surface.row[face], mapper, ao, valid, rays))
-    added = np.random.default_rng(seed).standard_normal(values.shape) * sigma
+    sigma = np.sqrt(_noise(world, face, values, mapper, ao, valid, rays))
+    added = np.random.default_rng(seed).standard_normal(values.shape) * sigma[:, None]
     noisy = ao.copy()
     noisy[rows] += added
     risk: list[float] = []
@@ -108,38 +98,26 @@ def choose_alpha(
         d = change[world.faces[with_samples]]
         # the integral of a linear function's square over a face, for an area of 1
         anywhere = (np.square(d).sum(axis=1) + (d * np.roll(d, -1, axis=1)).sum(axis=1)) / 6.0
-        at_samples = weight @ (np.square(missed) - np.square(sigma) + 2.0 * added * here - np.square(here))
+        at_samples = weight @ (np.square(missed) - sigma[:, None] ** 2 + 2.0 * added * here - np.square(here))
         risk.append(float((at_samples + of_face[with_samples] @ anywhere).mean()))
     found = np.array(risk)
-    return AlphaChoice(
-        candidates[int(found.argmin())], found, float(np.sqrt((weight @ np.square(sigma)).mean())), tuple(fields)
-    )
+    return AlphaChoice(candidates[int(found.argmin())], found, float(np.sqrt(weight @ sigma**2)), tuple(fields))
 
 
 def _noise(
-    corners: Int32Array,
-    phi: Float64Array,
-    row: Int64Array,
+    world: World,
+    face: np.ndarray,
+    values: Float64Array,
     mapper: VertexMapper,
     ao: Float32Array,
     valid: BoolArray,
     rays: int,
 ) -> Float64Array:
-    """Variance of each valid sample, shape (n, k): κ p (1 - p), with p the weighted average there.
-
-    Where all is open or all is closed there is none. κ is at most 1 / n for n rays that are drawn one by one; sequences
-    do better, and by how much is measured on the scatter about planes fitted to faces that have the samples for it.
-    """
-    average = mapper.solve(ao, valid, mapping=MappingKind.AVERAGE).ao.astype(np.float64)
-    p = np.einsum("ij,ijk->ik", phi, average[corners])
-    spread = np.maximum(p * (1.0 - p), 0.0)
-    moments = mapper.moments(ao, valid)
-    usable = usable_faces(moments)
-    freedom = np.where(usable, moments.count - 3.0, 0.0) / np.maximum(moments.count, 1.0)
-    variance = np.empty_like(spread)
-    for k in range(spread.shape[1]):
-        column = replace(moments, value=moments.value[:, :, k : k + 1], value_square=moments.value_square[:, k : k + 1])
-        expected = float((freedom[row] * spread[:, k]).sum())
-        scale = ScatterSums.of(column).rest / expected if expected > 0.0 else STRATIFIED / rays
-        variance[:, k] = min(scale, 1.0 / rays) * spread[:, k]
-    return variance
+    """Variance of each valid sample, shape (n,), mean of the distances: about planes fitted to the faces around it."""
+    scene = scene_scatter(mapper.moments(ao, valid))
+    if scene.freedom <= 0.0:
+        return STRATIFIED * (values * (1.0 - values)).mean(axis=1) / rays
+    pooled = mapper.equations(ao, valid).trust.pooled
+    rest, freedom = pooled.rest + POOLED_FACES * scene.rest, pooled.freedom + POOLED_FACES * scene.freedom
+    unknown = mapper.surface.unknown[world.faces[face]]
+    return (rest / freedom)[unknown].mean(axis=1) / values.shape[1]
