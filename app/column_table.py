@@ -12,6 +12,8 @@ from PyQt6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
 from viewer.instance_rows import Column
 
 _MEASURED_ROWS = 60
+_LEAST_STRETCHED = 170
+"""Room in pixels that the stretched column gets at least."""
 
 
 class ColumnModel(QAbstractTableModel):
@@ -129,6 +131,7 @@ class ColumnTable(QTableView):
         rows.hide()
         rows.setDefaultSectionSize(self.fontMetrics().height() + 6)
         columns.setHighlightSections(False)
+        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # the end of a path tells the most
         columns.setResizeContentsPrecision(_MEASURED_ROWS)
         selection.selectionChanged.connect(self._on_selection)
 
@@ -153,6 +156,11 @@ class ColumnTable(QTableView):
                 wide = QHeaderView.ResizeMode.Stretch if number == stretch else QHeaderView.ResizeMode.Interactive
                 header.setSectionResizeMode(number, wide)
             self.resizeColumnsToContents()
+            port = self.viewport()
+            others = sum(self.columnWidth(number) for number in range(len(columns)) if number != stretch)
+            if port is not None and port.width() - others < _LEAST_STRETCHED:  # rather scrolled than not to be read
+                header.setSectionResizeMode(stretch, QHeaderView.ResizeMode.Interactive)
+                self.setColumnWidth(stretch, _LEAST_STRETCHED)
         if sorted_by is not None and columns:
             self.sortByColumn(sorted_by, Qt.SortOrder.DescendingOrder if descending else Qt.SortOrder.AscendingOrder)
         self._telling = True

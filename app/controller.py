@@ -21,6 +21,7 @@ from app.opening import (
     read_result,
     read_scene,
 )
+from app.scene_preview import padded_field
 from app.turns import Turns
 from bake.errors import ObscuraError
 from bake.settings import BakeSettings
@@ -244,9 +245,9 @@ class Controller(QObject):
 
     def _solve(self, purpose: str, settings: BakeSettings) -> None:
         document = self._document
-        if document.result is None or document.result_path is None:
+        if document.stored is None or document.result_path is None:
             return
-        world, columns = document.result.world, document.result.settings.distance_count
+        world, columns = document.stored.world, document.stored.settings.distance_count
         self._engine.solve(purpose, document.result_path, settings, world.vertex_count, columns)
         self.solving.emit(purpose, True)
 
@@ -292,9 +293,12 @@ class Controller(QObject):
 
     def _on_solved(self, job: SolveJob, field: VertexField, seconds: float) -> None:
         self.solving.emit(job.purpose, False)
-        document, result = self._document, self._document.result
-        if result is None or job.result != str(document.result_path) or len(field.state) != result.world.vertex_count:
+        document, result, stored = self._document, self._document.result, self._document.stored
+        if result is None or stored is None or job.result != str(document.result_path):
             return
+        if len(field.state) != stored.world.vertex_count:
+            return
+        field = padded_field(field, result.world.vertex_count)
         logger.info("solved for the %s in %.2f s", job.purpose, seconds)
         if job.purpose == THRESHOLD:
             if job.options.get("back-face-threshold") == document.threshold:

@@ -38,7 +38,8 @@ class Document:
         findings: Of the scene, or of its result once there is one.
         reader: Has read the scene's file, if somebody has.
         world: Geometry in view.
-        result: The bake in view.
+        result: The bake in view, with a place for what the scene has more by now.
+        stored: The same as it is stored.
         field: Vertex values in view: the result's own, or those of a changed threshold (then `is_preview`).
         field_note: What those values are, where it is no changed threshold.
         other: What those are compared with, once it is there: the values of the other mapping, or of another result.
@@ -66,6 +67,7 @@ class Document:
         self.reader: SceneReader | None = None
         self.world: World | None = None
         self.result: BakeResult | None = None
+        self.stored: BakeResult | None = None
         self.field: VertexField | None = None
         self.other: VertexField | None = None
         self.other_name = ""
@@ -121,7 +123,9 @@ class Document:
         """Starts over with a scene; its geometry follows by `set_world`."""
         self.scene_path, self.result_path, self.files = path, result_path, files
         self.findings, self.up_axis, self.reader = findings, up_axis, None
-        self.world = self.result = self.field = self.other = self.pinned = self.values = self.current = None
+        self.world = self.result = self.stored = self.field = self.other = self.pinned = self.values = self.current = (
+            None
+        )
         self._drawn = []
         self.selected, self.selection = -1, ()
         self.visible = np.zeros(0, bool)
@@ -144,7 +148,7 @@ class Document:
             self.selection = tuple(sorted(place[path] for path in paths if path in place))
             wanted = place.get(before.object_paths[last], -1) if last >= 0 else -1
             self.selected = wanted if wanted in self.selection else next(iter(self.selection), -1)
-        self.result = self.field = self.other = self.values = None
+        self.result = self.stored = self.field = self.other = self.values = self.inspection = None
         self._drawn = []
         self.world_changed.emit()
         self.result_changed.emit()
@@ -159,7 +163,7 @@ class Document:
         """Shows a result: its world, if it differs from the one in view, and its values."""
         self.show_geometry(result.world)
         self.world = result.world
-        self.result, self.result_path = result, path
+        self.result, self.stored, self.result_path = result, result, path
         self.field, self.field_note, self.other = result.field, "", None
         self.values, self._drawn = DecoratedValues(result), []
         self.findings = tuple(result.findings)
@@ -190,16 +194,17 @@ class Document:
             world: The geometry.
             result: The result in view, with a place for the values of every vertex; None without one.
         """
+        stored = self.stored
         self.set_world(world)
         if result is not None:
-            self.result, self.field, self.field_note = result, result.field, ""
+            self.result, self.stored, self.field, self.field_note = result, stored, result.field, ""
             self.values = DecoratedValues(result)
             self.result_changed.emit()
             self.field_changed.emit()
 
     def drop_result(self) -> None:
         """Shows the geometry without values, as before the first bake."""
-        self.result = self.field = self.other = self.values = None
+        self.result = self.stored = self.field = self.other = self.values = self.inspection = None
         self._drawn = []
         self.result_changed.emit()
         self.field_changed.emit()

@@ -48,14 +48,22 @@ def padded_result(result: BakeResult, world: World) -> BakeResult:
     more = world.vertex_count - result.world.vertex_count
     if more <= 0:
         return result
-    ao, state = np.asarray(result.field.ao), np.asarray(result.field.state)
-    field = VertexField(
-        np.concatenate((ao, np.full((more, ao.shape[1]), np.nan, ao.dtype))),
-        np.concatenate((state, np.full(more, VertexState.UNREFERENCED, state.dtype))),
-        result.field.report,
-    )
+    field = padded_field(result.field, world.vertex_count)
     baked = (*result.world.object_hash, *("" for _ in range(world.object_count - result.world.object_count)))
     return replace(result, world=replace(world, object_hash=baked), field=field)
+
+
+def padded_field(field: VertexField, count: int) -> VertexField:
+    """Values with a place for every vertex of an extended world, of which there are `count`; itself if it has that."""
+    more = count - len(field.state)
+    if more <= 0:
+        return field
+    ao, state = np.asarray(field.ao), np.asarray(field.state)
+    return VertexField(
+        np.concatenate((ao, np.full((more, ao.shape[1]), np.nan, ao.dtype))),
+        np.concatenate((state, np.full(more, VertexState.UNREFERENCED, state.dtype))),
+        field.report,
+    )
 
 
 def _moved(base: World, fresh: World, targets: list[int]) -> World:

@@ -45,7 +45,7 @@ FROM = np.array([1.0, 1.0, 3.2])
 QUALITY = {"quality": "preview", "region-directions": "64"}
 SIZE = (1280, 800)
 PATIENCE_S = 600.0
-COLOURS = 128
+COLOURS = 256
 
 logger = logging.getLogger(__name__)
 
@@ -98,7 +98,7 @@ class Walk:
         assert screen is not None
         path = self.folder / f"{self.prefix}{name}.png"
         screen.grabWindow(self.window.winId()).save(str(path))
-        few = Image.open(path).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+        few = Image.open(path).convert("RGB").quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
         few.save(path, optimize=True)
 
     def show_distance(self, column: int) -> None:

@@ -64,6 +64,7 @@ def main(folder: Path) -> None:
         apply_scheme("dark")
         fly(walk, HOUSE, FROM_HOUSE)
         walk.click()
+        document.select(-1)
         walk.keep("window")
         apply_scheme("light")
         window.readouts.click(None)

@@ -68,9 +68,8 @@ class FacesInPicture:
         """
         low, high = outline.min(axis=0), outline.max(axis=0)
         near = np.flatnonzero((self._high >= low).all(axis=1) & (self._low <= high).all(axis=1))
-        numbers, corners, spots, doubled = (
-            values[near] for values in (self._numbers, self._corners, self._spots, self._doubled)
-        )
+        numbers, corners = self._numbers[near], self._corners[near]
+        spots, doubled = self._spots[near], self._doubled[near]
         if not len(numbers):
             return np.zeros(0, np.int64)
         clip = self._clip

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from app.actions import Action, ActionSpec
 from app.engine_protocol import SolveJob
+from app.scene_preview import padded_field
 from app.window_parts import Part, Workbench
 from bake.errors import ObscuraError
 from bake.types import BakeResult, VertexField
@@ -75,9 +76,9 @@ class InspectionsPart(Part):
         document.set_inspection(None)
         if display.inspection is Inspection.TUG and untugged is None:
             settings = result.settings.replaced(alpha=0.0)
-            if document.result_path is not None:
+            if document.result_path is not None and document.stored is not None:
                 self.bench.engine.solve(
-                    _UNTUGGED, document.result_path, settings, result.world.vertex_count,
+                    _UNTUGGED, document.result_path, settings, document.stored.world.vertex_count,
                     len(result.settings.column_distances),
                 )  # fmt: skip
             return
@@ -98,9 +99,11 @@ class InspectionsPart(Part):
         return self._untugged[1] if self._untugged is not None and self._untugged[0] is result else None
 
     def _on_solved(self, job: SolveJob, field: VertexField, _seconds: float) -> None:
-        result = self.bench.document.result
-        if job.purpose == _UNTUGGED and result is not None and len(field.state) == result.world.vertex_count:
-            self._untugged, self._made = (result, field), ()
+        result, stored = self.bench.document.result, self.bench.document.stored
+        if job.purpose != _UNTUGGED or result is None or stored is None:
+            return
+        if len(field.state) == stored.world.vertex_count:
+            self._untugged, self._made = (result, padded_field(field, result.world.vertex_count)), ()
             self._follow()
 
     def _on_made(self, inspection: SurfaceField, wanted: tuple[object, ...]) -> None:

@@ -153,7 +153,8 @@ def test_a_layer_is_rejected_for_chosen_triangles(layered: tuple[Window, np.ndar
     part, world = window.part(FacesPart), window.document.world
     assert world is not None
     ground = np.flatnonzero(world.face_object == world.object_paths.index("Ground"))
-    touched = (np.abs(after - before) > 1.0 / 512.0).any(axis=1)[world.faces[ground]].any(axis=1)
+    changed = np.asarray((np.abs(after - before) > 1.0 / 512.0).any(axis=1))
+    touched = changed[world.faces[ground]].any(axis=1)
     assert touched.any()
     chosen = np.zeros(world.face_count, bool)
     chosen[ground[touched]] = True
