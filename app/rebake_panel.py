@@ -17,7 +17,7 @@ from bake.rebake.types import RebakeReport
 
 _NO_RESULT = "Bake first. Then only what a change can reach is baked anew."
 _LAYER_TIP = "What each bake and rebake since the scene was opened has changed, the latest first; double click compares"
-_LAYER_TIPS = ("What was done", "Vertices that have another value since, by however little", "Whether it is in view now")
+_LAYER_TIPS = ("What was done", "Vertices with another value since, by however little", "Whether it is in view")
 _SELECT_STALE = "stale"
 _LEAST_BOUND = 5e-6  # less would be told as 0
 
