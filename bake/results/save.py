@@ -25,6 +25,8 @@ from bake.results.storage import probe_writable, storage_errors, sync, sync_fold
 from bake.types import BakeResult
 
 _STAGING = ".obscura-saving"
+WRITERS = 8
+"""Files that are written, and waited for, at a time."""
 
 
 def check_destination(folder: Path) -> None:
@@ -62,8 +64,9 @@ def save_result(result: BakeResult, folder: Path) -> None:
         with storage_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)
             with folder_lock(folder), staging_in(folder) as staging:
-                for file in files.values():
-                    _put(file, staging, folder)
+                with ThreadPoolExecutor(WRITERS, "store") as pool:  # the disk takes several files at once
+                    for written in [pool.submit(_put, file, staging, folder) for file in files.values()]:
+                        written.result()
                 sync_folder(folder)
                 with (staging / MANIFEST_FILE).open("xb") as manifest:
                     manifest.write(text.encode())

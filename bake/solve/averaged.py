@@ -116,8 +116,8 @@ def _edges_at(corners: Int64Array, starved: BoolArray) -> Int64Array:
     near = corners[starved[corners].any(axis=1)]
     tail, head = near.reshape(-1), near[:, [1, 2, 0]].reshape(-1)
     size = len(starved)
-    keys = np.unique(np.minimum(tail, head) * size + np.maximum(tail, head))
-    edges = np.column_stack(np.divmod(keys, size))
+    keys = np.sort(np.minimum(tail, head) * size + np.maximum(tail, head))
+    edges = np.column_stack(np.divmod(keys[np.append(True, keys[1:] != keys[:-1])], size))
     return edges[edges[:, 0] != edges[:, 1]]
 
 
