@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -75,7 +76,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PYTHON",
         help="an interpreter that has other bakers installed: bpy, open3d, libigl, pymeshlab (accuracy only)",
     )
-    parser.add_argument("--edits", type=int, default=100, metavar="N", help="edits in each scene (rebake only)")
+    parser.add_argument(
+        "--edits", type=int, metavar="N", help="edits in each scene (rebake, 100), or in a row (edits, none)"
+    )
     parser.add_argument(
         "--edit-seeds", default="1", metavar="N,…", help="a row of edits in each scene for each (rebake only)"
     )
@@ -121,9 +124,13 @@ def _accuracy(arguments: argparse.Namespace) -> Iterable[Measurements]:
     if arguments.plots is not None:
         arguments.plots.mkdir(parents=True, exist_ok=True)  # before minutes of measuring
     for front in measure_fronts(scenes, options, peers=arguments.peers, scale=arguments.scale, tell=tell):
+        rows, leads = tables(front)
         if arguments.plots is not None:
-            plot_front(arguments.plots / f"front-{front.scene.replace(' ', '-')}.png", front)
-        yield from tables(front)
+            picture = arguments.plots / f"front-{front.scene.replace(' ', '-')}.png"
+            plot_front(picture, front)
+            if arguments.into is not None and arguments.into.parent.resolve() == arguments.plots.resolve():
+                rows = replace(rows, notes=[*rows.notes, f"![RMSE over seconds, {front.scene}]({picture.name})"])
+        yield from (rows, leads)
 
 
 def _adaptive(arguments: argparse.Namespace) -> list[Measurements]:
@@ -258,7 +265,7 @@ def _rebake(arguments: argparse.Namespace) -> list[Measurements]:
     tables, rows = measure_rebakes(
         _scenes(arguments),
         explicit_options(arguments),
-        edits=arguments.edits,
+        edits=100 if arguments.edits is None else arguments.edits,
         bound=bound,
         seeds=_edit_seeds(arguments.edit_seeds),
         keep=arguments.keep,
@@ -292,7 +299,7 @@ def _edits(arguments: argparse.Namespace) -> Iterable[Measurements]:
     path = _windowed(arguments)
     if path is not None and path.is_dir():
         raise InputError("is no scene", where=str(path), remedy="name a scene file; a copy of it is edited")
-    return measure_edits(path, explicit_options(arguments))
+    return measure_edits(path, explicit_options(arguments), edits=arguments.edits or 0)
 
 
 def _windowed(arguments: argparse.Namespace) -> Path | None:
