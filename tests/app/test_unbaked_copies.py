@@ -63,8 +63,3 @@ def test_views_are_made_again_for_the_copy(copied: Window, qtbot: QtBot) -> None
         copied.actions_by_id[name].trigger()
         qtbot.waitUntil(lambda: document.inspection is not None, timeout=PATIENCE_MS)
         assert len(document.inspection.not_baked) == document.world.vertex_count
-    copied.actions_by_id["undo"].trigger()
-    qtbot.waitUntil(
-        lambda: document.world is not None and "Crate_copy" not in document.world.object_paths, timeout=PATIENCE_MS
-    )
-    assert document.inspection is None or len(document.inspection.not_baked) == document.world.vertex_count
