@@ -46,7 +46,7 @@ class FacesPart(Part):
         self._waiting: deque[tuple[Float64Array, Float64Array, int]] = deque()
         self._picture: tuple[tuple[object, ...], FacesInPicture, tuple[object, ...]] | None = None
         self._busy = self._ended = False
-        self._marks = LatestJob(bench.jobs, "chosen faces", self._prepare_marks, self._show_marks, self._on_error)
+        self._marks = LatestJob(bench.jobs, "chosen faces", self._prepare_marks, self._show_marks, _warn)
 
     def actions(self) -> list[Action]:
         """The tools, letting go, and the rebake."""
@@ -113,7 +113,7 @@ class FacesPart(Part):
         group.radius_set.connect(self.tool.set_radius)
         bench.part(RebakePart).panel.add_group(group)
         document.world_changed.connect(self._on_world)
-        document.opened.connect(lambda: self.switch(None))
+        document.opened.connect(self._on_opened)
         document.geometry_changed.connect(self._marks.request)
         registry[_MOVE].toggled.connect(lambda on: self.switch(None) if on else None)
         self._regions.tool_changed.connect(self._on_region_tool)
@@ -240,7 +240,7 @@ class FacesPart(Part):
 
     def _on_error(self, error: ObscuraError) -> None:
         self._busy = False
-        logger.warning("%s", error)
+        _warn(error)
 
     # The choice
 
@@ -268,6 +268,11 @@ class FacesPart(Part):
         if len(self.chosen) == count:
             self._kept = bits
             self._set(np.unpackbits(bits, count=count).astype(bool))
+
+    def _on_opened(self) -> None:
+        """Another scene may have objects of the same paths."""
+        self.switch(None)
+        self._world = None
 
     def _on_world(self) -> None:
         """Keeps what is chosen of objects that are there still, with as many triangles."""
@@ -311,3 +316,7 @@ class FacesPart(Part):
     def _on_region_tool(self) -> None:
         if self._regions.tool is not Tool.NONE:
             self.switch(None)
+
+
+def _warn(error: ObscuraError) -> None:
+    logger.warning("%s", error)
