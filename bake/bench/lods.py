@@ -161,7 +161,7 @@ def _nearest(
     return found
 
 
-def _scattered(world: World, vertices: np.ndarray, values: Float64Array) -> Float64Array:
+def _scattered(world: World, vertices: np.ndarray, values: np.ndarray) -> Float64Array:
     ao = np.full((world.vertex_count, values.shape[1]), np.nan)
     ao[vertices] = values
     return ao
