@@ -52,6 +52,8 @@ class _Mixed:
 class LayersPart(Part):
     """The list of layers in the Rebake panel, and the actions on them."""
 
+    _busy = False
+
     def actions(self) -> list[Action]:
         """What to do with layers."""
         layers, chosen = "Bake/Layers", ("result", "scene-file", "layer")
@@ -157,7 +159,7 @@ class LayersPart(Part):
             text = "Choose a layer whose former result is still kept."
             self.bench.banner.show_message(logging.INFO, text)
             return
-        if self.bench.engine.is_baking or self.bench.part(RebakePart).rebaker.is_busy:
+        if self._busy or self.bench.engine.is_baking or self.bench.part(RebakePart).rebaker.is_busy:
             self.bench.banner.show_message(logging.INFO, "Wait for the bake to end, or cancel it first.")
             return
         before, chooses = layer.before, self._chooser(some, result)
@@ -184,6 +186,7 @@ class LayersPart(Part):
         self.bench.controller.about_to_bake.emit(folder)
         self.bench.controller.busy.emit("Putting former values back")
         self.bench.part(HistoryPart).set_waiting(True)
+        self._busy = True
         take = lambda mixed: self._on_rejected(mixed, name)  # noqa: E731
         self.bench.jobs.run("reject layer", work, take, self._on_not_rejected)
 
@@ -243,6 +246,7 @@ class LayersPart(Part):
         self._not_changed(str(error))
 
     def _end_waiting(self) -> None:
+        self._busy = False
         self.bench.controller.busy.emit("")
         self.bench.part(HistoryPart).set_waiting(False)
 
