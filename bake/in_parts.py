@@ -1,13 +1,16 @@
-"""Work on large arrays part by part, on all processors."""
+"""Work on large arrays on all processors: part by part, or one piece of work beside another."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 import numpy as np
 
 from bake.devices import worker_count
+
+_T = TypeVar("_T")
 
 AT_ONCE = 1 << 14
 """Rows that are worked on together: what lies between two passes over them stays in the processor's cache, and the
@@ -35,3 +38,28 @@ def in_parts(work: Callable[[int, int], None], rows: int, at_once: int = AT_ONCE
         running = [pool.submit(part, begin) for begin in range(0, rows, at_once)]
         for ended in running:
             ended.result()
+
+
+def meanwhile(work: Callable[[], _T], rows: int) -> Callable[[], _T]:
+    """Starts work that goes on beside what the caller does next.
+
+    Args:
+        work: What to do; what it raises is raised where its value is asked for.
+        rows: How large it is; where that is one part, it is done at once, and no thread is started.
+
+    Returns:
+        What waits for the value.
+    """
+    if rows <= AT_ONCE:
+        value = work()
+        return lambda: value
+    errors = np.geterr()
+
+    def run() -> _T:
+        with np.errstate(**errors):
+            return work()
+
+    pool = ThreadPoolExecutor(1, "meanwhile")
+    ended = pool.submit(run)
+    pool.shutdown(wait=False)
+    return ended.result

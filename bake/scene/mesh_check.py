@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bake.in_parts import meanwhile
 from bake.scene.coincident import find_coincident
 from bake.scene.normals import known_opposing_normals
 from bake.scene.surface import lacking_surface, referenced_vertices
@@ -40,6 +41,7 @@ class MeshCheck:
 
 def check_mesh(mesh: Mesh) -> MeshCheck:
     """Looks a mesh over, in object space."""
+    opposing = meanwhile(lambda: known_opposing_normals(mesh.positions, mesh.normals, mesh.faces), len(mesh.faces))
     used = referenced_vertices(mesh.faces, len(mesh.positions))
     extent = np.ptp(mesh.positions[used], axis=0) if used.any() else np.zeros(3)
     points, slivers = lacking_surface(mesh.positions, mesh.faces, np.array([np.linalg.norm(extent)], np.float64))
@@ -54,7 +56,7 @@ def check_mesh(mesh: Mesh) -> MeshCheck:
         unreferenced_vertices=int(len(used) - used.sum()),
         inconsistent_edges=inconsistent,
         non_manifold_edges=non_manifold,
-        opposing_normals=int(known_opposing_normals(mesh.positions, mesh.normals, mesh.faces).sum()),
+        opposing_normals=int(opposing().sum()),
     )
 
 

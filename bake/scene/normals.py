@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -14,7 +15,7 @@ from scipy.sparse.csgraph import (  # pyright: ignore[reportMissingTypeStubs]
 )
 
 from bake.equal_rows import stable_order
-from bake.in_parts import in_parts
+from bake.in_parts import in_parts, meanwhile
 from bake.scene.remembered import remembered
 from bake.scene.surface import referenced_vertices
 from bake.scene.weld import weld_positions
@@ -54,13 +55,17 @@ def crease_normals(positions: Float64Array, faces: Int64Array | Int32Array, crea
     """
     faces = faces.astype(np.int64)
     count = len(faces)
-    directions, angles = _face_directions(positions, faces)
+    looking = meanwhile(lambda: _face_directions(positions, faces), count)
     welded = weld_positions(positions)[faces]
-    joined = _join_corners(welded, directions, np.cos(np.radians(crease_angle)))
+    joined = _join_corners(welded, lambda: looking()[0], np.cos(np.radians(crease_angle)))
+    directions, angles = looking()
     # Corner c of face f is number 3 f + c; a split vertex is a (group, source vertex) pair.
     groups = int(joined.max(initial=-1)) + 1
-    sums = np.stack(
-        [np.bincount(joined, (directions[:, axis, None] * angles).ravel(), groups) for axis in range(3)], axis=1
+    summing = meanwhile(
+        lambda: np.stack(
+            [np.bincount(joined, (directions[:, axis, None] * angles).ravel(), groups) for axis in range(3)], axis=1
+        ),
+        count,
     )
     keys = faces.reshape(-1) * np.int64(max(groups, 1)) + joined
     used = referenced_vertices(faces, len(positions))
@@ -69,7 +74,7 @@ def crease_normals(positions: Float64Array, faces: Int64Array | Int32Array, crea
     unique, corner_vertex, first = _numbered(keys)
     normals = np.zeros((len(unique), 3))
     has_corner = first < 3 * count
-    normals[has_corner] = sums[joined[first[has_corner]]]
+    normals[has_corner] = summing()[joined[first[has_corner]]]
     return CreaseSplit(
         faces=corner_vertex[: 3 * count].reshape(count, 3),
         normals=unit_vectors(normals),
@@ -107,7 +112,7 @@ def _face_directions(positions: Float64Array, faces: Int64Array) -> tuple[Float6
     return directions, angles
 
 
-def _join_corners(welded: Int64Array, directions: Float64Array, least_cosine: float) -> Int64Array:
+def _join_corners(welded: Int64Array, directions: Callable[[], Float64Array], least_cosine: float) -> Int64Array:
     """Group of each corner, shape (3 m,), int64: corners joined across edges flatter than the crease."""
     count = len(welded)
     start, end = welded.reshape(-1), welded[:, [1, 2, 0]].reshape(-1)
@@ -116,7 +121,7 @@ def _join_corners(welded: Int64Array, directions: Float64Array, least_cosine: fl
     edges = (np.minimum(start, end) * number + np.maximum(start, end)).astype(np.uint64)
     order = stable_order(edges, number * number)
     keys, order = edges[order], order.astype(corner.dtype)
-    by_axis = columns(directions)
+    by_axis = columns(directions())
     rows: list[NDArray[Any]] = []
     others: list[NDArray[Any]] = []
     for step in range(1, MOST_FACES_COMPARED):
