@@ -72,7 +72,7 @@ def surface_without(
         samples=int(noticed.sum()),
         became_valid=int((now & ~then).sum()),
         became_invalid=int((then & ~now).sum()),
-        rays=int(noticed.sum()) * result.settings.rays,
+        rays=int(old.rays[noticed].sum(dtype=np.int64)),
         seconds=time.perf_counter() - begin,
     )
     return found, scatter

@@ -128,7 +128,8 @@ class Explainer:
         unknowns, shares = self._unknowns(spot)
         weights = self.adjoint.weights(unknowns, shares)
         samples = self._weighed(spot, unknowns, weights)
-        rays = trace_again(self.tracer, self.result.samples, samples.index[: samples.traced])
+        again = samples.index[: samples.traced]
+        rays = trace_again(self.tracer, self.result.samples, again, self.result.tally.rays[again])
         value: Float64Array = shares @ self.adjoint.values[unknowns]
         traced_ao = rays.open_share.mean(axis=1, dtype=np.float64)
         apart = np.abs(traced_ao - samples.ao[: samples.traced])

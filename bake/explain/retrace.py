@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,7 +13,8 @@ from bake.errors import DeviceError
 from bake.explain.types import Crossings, TracedRays
 from bake.settings import BakeSettings, Kernel, TracerKind
 from bake.trace import Tracer, create_tracer
-from bake.types import BakeResult, Float32Array, Int64Array, SampleSet, World
+from bake.trace.records import RayRecords
+from bake.types import BakeResult, Float32Array, Int64Array, SampleSet, UInt16Array, World
 
 
 def tracer_like(result: BakeResult, world: World | None = None, fog: FogBoxes | None = None) -> Tracer:
@@ -47,15 +49,16 @@ def _body(result: BakeResult) -> tuple[TracerKind, Device]:
     return (TracerKind.WARP if result.tracer == "warp" else TracerKind.EMBREE), resolve("cpu")
 
 
-def trace_again(tracer: Tracer, samples: SampleSet, rows: Int64Array) -> TracedRays:
+def trace_again(tracer: Tracer, samples: SampleSet, rows: Int64Array, sent: UInt16Array) -> TracedRays:
     """The rays of some samples.
 
     Args:
         tracer: As the bake had it.
         samples: All samples of the bake.
         rows: Shape (t,), int64: which.
+        sent: Shape (t,): how many rays each of them sent.
     """
-    found = tracer.record(samples.only(rows))
+    found = _as_sent(tracer.record(samples.only(rows)), sent.astype(np.int64))
     world = tracer.world
     stopped = found.face >= 0
     owner = np.where(stopped, world.face_object[np.maximum(found.face, 0)], -1).astype(np.int32)
@@ -74,6 +77,36 @@ def trace_again(tracer: Tracer, samples: SampleSet, rows: Int64Array) -> TracedR
         rho=rho,
         passes=found.passes,
         crossings=Crossings(found.crossed_ray, found.crossed_object, found.crossed_depth),
+        sent=sent.astype(np.int64),
+    )
+
+
+def _as_sent(found: RayRecords, sent: Int64Array) -> RayRecords:
+    """The first rays of each sample, as many as it sent, again and again up to the most of a sample."""
+    rays = found.face.shape[1]
+    if (sent == rays).all():
+        return found
+    column = np.arange(rays) % sent[:, None]
+    row = np.arange(len(sent))[:, None]
+    of, at = found.crossed_ray // rays, found.crossed_ray % rays
+    kept = np.flatnonzero(at < sent[of])
+    copies = rays // sent[of[kept]]
+    which = np.repeat(kept, copies)
+    turn = np.arange(len(which)) - np.repeat(np.cumsum(copies) - copies, copies)
+    crossed = found.crossed_ray[which] + turn * sent[of[which]]
+    order = np.argsort(crossed, kind="stable")
+    return replace(
+        found,
+        direction=found.direction[row, column],
+        distance=found.distance[row, column],
+        face=found.face[row, column],
+        first_face=found.first_face[row, column],
+        back=found.back[row, column],
+        mirrored=found.mirrored[row, column],
+        passes=found.passes[row, column],
+        crossed_ray=crossed[order],
+        crossed_object=found.crossed_object[which][order],
+        crossed_depth=found.crossed_depth[which][order],
     )
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from bake.explain.types import Carried, Share, ShareKind, Spot, TracedRays, WeighedSamples
 from bake.solve.scatter import scatter_add
-from bake.types import Float64Array, Int64Array, World
+from bake.types import BoolArray, Float64Array, Int64Array, World
 
 NAMES = {
     ShareKind.BOUNDS: "(values held within 0 to 1)",
@@ -97,7 +97,8 @@ def _of_objects(world: World, spot: Spot, samples: WeighedSamples, rays: TracedR
         total[:, k] += scatter_add(dimmer, veil, count)
         near[:, k] += scatter_add(dimmer, np.where(own[crossing.ray], veil, 0.0), count)
 
-    seen = _rays_of(count, stopped, stopper, crossing.ray, dimmer)
+    once, again = _sent_once(rays, stopped), _sent_once(rays, crossing.ray)
+    seen = _rays_of(count, stopped[once], stopper[once], crossing.ray[again], dimmer[again])
     nearest = np.full(count, math.inf)
     np.minimum.at(nearest, stopper, rays.distance.ravel()[stopped].astype(np.float64))
     return [
@@ -113,6 +114,12 @@ def _of_objects(world: World, spot: Spot, samples: WeighedSamples, rays: TracedR
         )
         for number in np.flatnonzero(seen)
     ]
+
+
+def _sent_once(rays: TracedRays, ray: Int64Array) -> BoolArray:
+    """Which of some rays, counted through, do not stand for an earlier one of their sample."""
+    most = rays.face.shape[1]
+    return ray % max(most, 1) < rays.sent[ray // max(most, 1)]
 
 
 def _split_by_depth(rays: TracedRays, passes: Float64Array) -> Float64Array:

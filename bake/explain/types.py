@@ -95,6 +95,9 @@ class Crossings:
 class TracedRays:
     """The rays of the traced samples, exactly as the bake sent them: t samples of r rays each.
 
+    Where rays were adaptive, r is the most of a sample; the rays of one that sent fewer stand there again and again, so
+    that means over r are those of what was sent.
+
     Attributes:
         sample: Shape (t,), int64, index into the result's `SampleSet`: the first t of `WeighedSamples.index`.
         origin: Shape (t, 3), float32.
@@ -108,6 +111,7 @@ class TracedRays:
         rho: Shape (t, r, k), float32: ρ(distance), 1 if nothing stopped the ray.
         passes: Shape (t, r), float32: share that fog and trees let through; the ray counts for rho × passes.
         crossings: Which fog and trees.
+        sent: Shape (t,), int64: rays that each sample sent.
     """
 
     sample: Int64Array
@@ -122,6 +126,7 @@ class TracedRays:
     rho: Float32Array
     passes: Float32Array
     crossings: Crossings
+    sent: Int64Array
 
     @property
     def open_share(self) -> Float32Array:
@@ -146,6 +151,7 @@ class TracedRays:
             rho=self.rho[:samples],
             passes=self.passes[:samples],
             crossings=crossed,
+            sent=self.sent[:samples],
         )
 
 

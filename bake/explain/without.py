@@ -6,6 +6,7 @@ that had been thinned because they overlapped with it get their density back.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,7 @@ from bake.decorators.fog_density import without_overlap
 from bake.errors import InputError
 from bake.geometry import as_traced
 from bake.trace import Tracer
-from bake.types import BakeResult, BoolArray, Float32Array, Int64Array, Role, Tally
+from bake.types import BakeResult, BoolArray, Float32Array, Int64Array, Role, SampleSet, Tally
 
 
 class Without:
@@ -58,8 +59,11 @@ class Without:
         """Which of some samples have a ray that meets the object, shape (n,)."""
         if not self.casts or not len(rows):
             return np.zeros(len(rows), np.bool_)
-        samples = self._result.samples.only(rows)
-        return self._tracer.meets(samples, self._struck, self._low, self._high)
+        found = np.zeros(len(rows), np.bool_)
+        for sent, at in self._by_count(rows):
+            samples = self._sending(rows[at], sent)
+            found[at] = self._tracer.meets(samples, self._struck, self._low, self._high, rays=sent)
+        return found
 
     def tally(self, rows: Int64Array) -> Tally:
         """The tallies of some samples: as stored, but traced anew where a ray meets the object."""
@@ -73,7 +77,25 @@ class Without:
 
     def traced(self, rows: Int64Array) -> Tally:
         """What the rays of some samples find when the object does not cast."""
-        return self._tracer.trace_without(self._result.samples.only(rows), self._wanted, self._fog)
+        tally = Tally.empty(len(rows), self._result.settings.distance_count)
+        for sent, at in self._by_count(rows):
+            found = self._tracer.trace_without(self._sending(rows[at], sent), self._wanted, self._fog, rays=sent)
+            tally.ao[at], tally.rays[at] = found.ao, found.rays
+            tally.hits[at], tally.back_faces[at] = found.hits, found.back_faces
+        return tally
+
+    def _by_count(self, rows: Int64Array) -> Iterator[tuple[int, Int64Array]]:
+        """Numbers of rays, and which of `rows` sent so many."""
+        sent = self._result.tally.rays[rows]
+        for count in np.unique(sent).tolist():
+            yield int(count), np.flatnonzero(sent == count)
+
+    def _sending(self, rows: Int64Array, sent: int) -> SampleSet:
+        """Some samples that sent so many rays: the first of their blocks of all."""
+        samples = self._result.samples.only(rows)
+        if sent == self._result.settings.rays:
+            return samples
+        return replace(samples, index=samples.index * np.int32(self._result.settings.rays // sent))
 
 
 def _box(corners: Float32Array) -> tuple[Float32Array, Float32Array]:

@@ -140,7 +140,9 @@ class Tracer(ABC):
         """
 
     @abstractmethod
-    def meets(self, samples: SampleSet, wanted: int, low: Float32Array, high: Float32Array) -> BoolArray:
+    def meets(
+        self, samples: SampleSet, wanted: int, low: Float32Array, high: Float32Array, *, rays: int | None = None
+    ) -> BoolArray:
         """Which samples have a ray that meets an object, shape (n,): those that would change without it.
 
         Args:
@@ -149,16 +151,18 @@ class Tracer(ABC):
                 enough, as for fog and trees.
             low, high: Shape (b, 3) each, float32, relative to `World.origin`: boxes around the object; rays that miss
                 them all are not followed.
+            rays: How many of each, as for `accumulate`.
         """
 
     @abstractmethod
-    def trace_without(self, samples: SampleSet, wanted: int, fog: FogBoxes | None) -> Tally:
+    def trace_without(self, samples: SampleSet, wanted: int, fog: FogBoxes | None, *, rays: int | None = None) -> Tally:
         """Traces some samples as if one object did not cast: every ray goes on behind it, to the bit as it would.
 
         Args:
             samples: Shape (n,).
             wanted: The object whose faces do not cast, nor dim if it is a tree.
             fog: The boxes as they are without it; None if there are none.
+            rays: How many of each, as for `accumulate`.
         """
 
     @abstractmethod

@@ -128,9 +128,11 @@ class TracerBrute(Tracer):
             crossed_depth=depth.astype(np.float32),
         )
 
-    def meets(self, samples: SampleSet, wanted: int, low: Float32Array, high: Float32Array) -> BoolArray:
+    def meets(
+        self, samples: SampleSet, wanted: int, low: Float32Array, high: Float32Array, *, rays: int | None = None
+    ) -> BoolArray:
         """Which samples have a ray that meets an object; see `Tracer.meets`."""
-        rays = self.settings.rays
+        rays = self.settings.rays if rays is None else rays
         origins, directions, threshold = sample_rays(self.world, samples, slice(0, len(samples)), rays)
         near = np.zeros(len(origins), np.bool_)
         inverse = 1.0 / np.where(np.abs(directions) < 1e-20, 1e-20, directions)
@@ -145,7 +147,7 @@ class TracerBrute(Tracer):
             near &= struck
         return np.asarray(near.reshape(-1, rays).any(axis=1))
 
-    def trace_without(self, samples: SampleSet, wanted: int, fog: FogBoxes | None) -> Tally:
+    def trace_without(self, samples: SampleSet, wanted: int, fog: FogBoxes | None, *, rays: int | None = None) -> Tally:
         """Traces as if one object did not cast; see `Tracer.trace_without`."""
         world = self.world
         roles = list(world.object_roles)
@@ -154,7 +156,7 @@ class TracerBrute(Tracer):
         casts = world.face_casts & (world.face_object != wanted)
         other = TracerBrute(replace(world, face_casts=casts, object_roles=tuple(roles)), self.settings, fog)
         tally = Tally.empty(len(samples), self.settings.distance_count)
-        other.accumulate(samples, slice(0, len(samples)), tally)
+        other.accumulate(samples, slice(0, len(samples)), tally, rays=rays)
         return tally
 
     def updated(self, world: World, change: WorldChange, fog: FogBoxes | None) -> TracerBrute:

@@ -167,21 +167,24 @@ class TracerFused(Tracer):
         """Rays one by one; see `Tracer.record`."""
         return self._recorder().record(samples)
 
-    def meets(self, samples: SampleSet, wanted: int, low: Float32Array, high: Float32Array) -> BoolArray:
+    def meets(
+        self, samples: SampleSet, wanted: int, low: Float32Array, high: Float32Array, *, rays: int | None = None
+    ) -> BoolArray:
         """Which samples have a ray that meets an object; see `Tracer.meets`."""
-        return self._recorder().meets(samples, wanted, low, high)
+        return self._recorder().meets(samples, wanted, low, high, rays)
 
-    def trace_without(self, samples: SampleSet, wanted: int, fog: FogBoxes | None) -> Tally:
+    def trace_without(self, samples: SampleSet, wanted: int, fog: FogBoxes | None, *, rays: int | None = None) -> Tally:
         """Traces as if one object did not cast; see `Tracer.trace_without`."""
         assert self._veil is not None
         work, veil = self._upload_work(samples), self._veil.without(self.world, wanted, fog)
+        work.rays = rays = self.settings.rays if rays is None else rays
         own = self.world.face_object[self.cast_face] == wanted
         kernel = self._kernels.obscurance_kernel(f"{self.name}-without", veil.fog_boxes > 0, veil.tree_triangles > 0)
         with self.passing_over(own) as handles:
             inputs = [*handles, self.surface, veil.argument, work, self.falloff]
             self.launch(kernel, slice(0, len(samples)), inputs)
-        rays = np.full(len(samples), self.settings.rays, np.uint16)
-        return Tally(work.ao.numpy(), rays, work.hits.numpy(), work.back_faces.numpy())
+        sent = np.full(len(samples), rays, np.uint16)
+        return Tally(work.ao.numpy(), sent, work.hits.numpy(), work.back_faces.numpy())
 
     def close(self) -> None:
         """Frees device memory and threads."""

@@ -136,7 +136,8 @@ class RayWorth:
             sent, doublings = 2 * sent, doublings + 1
         gain, price = np.concatenate(gains), np.concatenate(prices)
         best = np.argsort(-price)
-        reached: Float64Array = np.cumsum(gain[best])
+        taken: Float64Array = gain[best]
+        reached: Float64Array = np.cumsum(taken)
         needed = int(np.searchsorted(reached, excess))
         return float(price[best[needed]]) if needed < len(best) else 0.0
 

@@ -73,14 +73,19 @@ class Recorder:
             crossed_depth=crossed[2],
         )
 
-    def meets(self, samples: SampleSet, wanted: int, low: Float32Array, high: Float32Array) -> BoolArray:
+    def meets(
+        self, samples: SampleSet, wanted: int, low: Float32Array, high: Float32Array, rays: int | None = None
+    ) -> BoolArray:
         """Which samples have a ray that meets an object; see `Tracer.meets`."""
         from bake.kernels import records
 
         wp, count = self.warp, len(samples)
         found: Any = self.empty(count, wp.uint8)
+        chosen = self._chosen(records, samples)
+        if rays is not None:
+            chosen.rays = rays
         inputs = [
-            self.entry, self.scene, self.surface, self._chosen(records, samples), self.settings.trace_distance,
+            self.entry, self.scene, self.surface, chosen, self.settings.trace_distance,
             wanted, self.array(low, wp.vec3), self.array(high, wp.vec3), found,
         ]  # fmt: skip
         self.launch(records.meets_kernel(self.body), slice(0, count), inputs)

@@ -12,8 +12,10 @@ from bake.devices import Device
 from bake.samples import place_samples
 from bake.settings import BakeSettings
 from bake.solve import map_to_vertices
-from bake.trace import create_tracer
-from bake.types import BakeResult, ObjectKeys, Role, Tally, World
+from bake.solve.importance import SampleImportance
+from bake.trace import Tracer, create_tracer
+from bake.trace.adaptive import trace_adaptively
+from bake.types import BakeResult, ObjectKeys, Role, SampleSet, Tally, World
 from tests.solve.solve_cases import grid
 from tests.worlds import box, make_world
 
@@ -26,8 +28,11 @@ def baked(world: World, settings: BakeSettings = SETTINGS, fog: FogBoxes | None 
     samples = place_samples(world, settings)
     tally = Tally.empty(len(samples), settings.distance_count)
     with create_tracer(world, settings, CPU, fog=fog) as tracer:
-        for batch in samples.batches(tracer.batch_size):
-            tracer.accumulate(samples, batch, tally)
+        if settings.adaptive_error is not None:
+            tally = adapted(tracer, samples, settings)
+        else:
+            for batch in samples.batches(tracer.batch_size):
+                tracer.accumulate(samples, batch, tally)
         name = tracer.name
     valid = tally.valid(settings.back_face_threshold)
     return BakeResult(
@@ -46,6 +51,16 @@ def baked(world: World, settings: BakeSettings = SETTINGS, fog: FogBoxes | None 
         versions={},
         decorators=None if fog is None else Decorators(fog=fog),
     )
+
+
+def adapted(tracer: Tracer, samples: SampleSet, settings: BakeSettings) -> Tally:
+    """What adaptive rays find."""
+    run = trace_adaptively(tracer, samples, SampleImportance(tracer.world, samples, settings).of, settings)
+    while True:
+        try:
+            next(run)
+        except StopIteration as ended:
+            return ended.value[0]
 
 
 def baked_without(result: BakeResult, wanted: int, fog: FogBoxes | None = None) -> BakeResult:
