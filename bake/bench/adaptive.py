@@ -33,8 +33,8 @@ from bake.types import Float64Array, SampleSet, Scene, Tally, World
 RAYS = 256
 BOUNDS = (0.016, 0.008, 0.004, 0.002)
 REFERENCE_RAYS = 4096
-SAVING = 2.0
-"""Rays of the fixed count of equal error over those sent, all distances together, at every bound."""
+SAVING, AT = 2.0, 0.008
+"""Rays of the fixed count of equal error over those sent, all distances together, and the bound it is asked for at."""
 
 SAMPLES = 20_000
 """Samples of all patches, about."""
@@ -59,7 +59,7 @@ def measure_adaptive(scenes: Iterable[Path], options: Mapping[str, Any], *, scal
         "adaptive rays",
         rows,
         [
-            f"gate: at every bound, at least {SAVING:g} times fewer rays than the least fixed count of equal error, "
+            f"gate: at bound {AT:g}, at least {SAVING:g} times fewer rays than the least fixed count of equal error, "
             "all distances together",
             f"patches of {PATCH_FACES} faces and {SAMPLES:,} samples; reference of {REFERENCE_RAYS:,} rays a sample; "
             "errors of vertex values, half by area and half by faces; each bake throws its own invalid samples away",
@@ -121,7 +121,7 @@ def _rows(name: str, world: World, settings: BakeSettings) -> list[Mapping[str, 
                     **_by_distance("saving", [count / sent for count in equal], settings),
                     "flipped %": 100.0 * float((tally.valid(threshold) != valid).mean()),
                     "flipped % with all": 100.0 * flipped,
-                    "passed": equal[0] / sent >= SAVING,
+                    **({"passed": equal[0] / sent >= SAVING} if bound == AT else {}),
                 }
             )
         return rows
