@@ -222,7 +222,7 @@ class SolveReport:
 
     Attributes:
         unknowns: Number of welded vertices solved for.
-        components: Number of connected components.
+        components: Number of connected components; 0 for averages, which tell none apart.
         iterations: Most iterations that any right-hand side took.
         residual: Largest final relative residual.
         limited_edges: Edges whose regulariser was bounded against the local mass.
