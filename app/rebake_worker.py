@@ -42,8 +42,8 @@ class Rebaked:
 class RebakeKeeper:
     """Serves rebakes of one result at a time; what it has built up for one serves the next.
 
-    A job may be stopped at any step. Stopped after its values were final, it has them all the same, and tells them to
-    the window at the beginning of the next job.
+    A job may be stopped at any step but while it stores. Stopped after its values were final, it has them all the same,
+    and tells them to the window at the beginning of the next job.
     """
 
     def __init__(self) -> None:
@@ -86,15 +86,11 @@ class RebakeKeeper:
                 self._told = told
         final = time.perf_counter() - begin
         yield Progress("store", 0, 0, final)
-        checksums: list[str] = []
-
-        def store() -> None:
-            save_result(outcome.result, Path(job.result))
-            checksums.append(_checksum(Path(job.result)))
-            self._known.add(checksums[0])
-
-        yield from patiently("store", store)
-        self._told = (outcome.result, checksums[0])
+        # Here and not aside: stopped meanwhile, it would be stored all the same, and nobody would be told.
+        save_result(outcome.result, Path(job.result))
+        checksum = _checksum(Path(job.result))
+        self._known.add(checksum)
+        self._told = (outcome.result, checksum)
         return Rebaked(outcome.report, (final, time.perf_counter() - begin))
 
     def kept(self, folder: str) -> tuple[BakeResult, FieldKeeper] | None:

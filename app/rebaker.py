@@ -57,11 +57,12 @@ class Rebaker(QObject):
     shown = pyqtSignal(object)  # RebakeValues that are in view now
     done = pyqtSignal(object)  # RebakeDone; the result lies in its folder
     ended = pyqtSignal(bool)  # whether the result was replaced
+    overtaken = pyqtSignal()  # what is stored may be a newer result than that in view
 
     def __init__(self, document: Document, engine: Engine, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._document, self._engine = document, engine
-        self._job = 0
+        self._job = self._given_up = 0
         self._prepared: BakeResult | None = None
         self._asked = 0.0
         self._place: Int64Array | None = None  # of each vertex as the values number them: that in view, or -1
@@ -73,7 +74,7 @@ class Rebaker(QObject):
         engine.rebake_finished.connect(self._on_finished)
         engine.failed.connect(self._on_failed)
         engine.cancelled.connect(self._on_cancelled)
-        engine.crashed.connect(lambda _text: self._stop())
+        engine.crashed.connect(lambda _text: self._on_crashed())
 
     @property
     def is_busy(self) -> bool:
@@ -119,6 +120,7 @@ class Rebaker(QObject):
     def cancel(self) -> None:
         """Stops the rebake under way; what was in view before comes back."""
         if self._job:
+            self._given_up = self._job
             self._engine.cancel_rebake()
             self._stop()
 
@@ -169,6 +171,8 @@ class Rebaker(QObject):
             self.timing.stored = time.monotonic() - self._asked
             self._field = None
             self.done.emit(done)  # its listeners take the result over, which needs no preparing
+        elif done.report is not None and not self._job and job.result == str(self._document.result_path):
+            self.overtaken.emit()  # it was stopped too late
 
     def _on_failed(self, job: Job, _error: ObscuraError) -> None:
         if isinstance(job, RebakeJob) and job.id == self._job:
@@ -177,6 +181,14 @@ class Rebaker(QObject):
     def _on_cancelled(self, job: Job) -> None:
         if isinstance(job, RebakeJob) and job.id == self._job:
             self._stop()
+
+    def _on_crashed(self) -> None:
+        """The process may have died after it had stored the result, and before it could say so."""
+        unheard = self._job or self._given_up
+        self._given_up = 0
+        self._stop()
+        if unheard:
+            self.overtaken.emit()
 
     def _stop(self) -> None:
         if not self._job:

@@ -125,6 +125,7 @@ class RebakePart(Part):
         self.rebaker.shown.connect(self._on_shown)
         self.rebaker.done.connect(self._on_done)
         self.rebaker.ended.connect(lambda _replaced: self._on_stopped())
+        self.rebaker.overtaken.connect(lambda: bench.controller.reload_result(lambda _well: None))
         bench.progress.cancel_requested.connect(self.rebaker.cancel)
         bench.controller.about_to_bake.connect(lambda _path: self._on_bake())
         bench.engine.bake_finished.connect(self._on_baked)

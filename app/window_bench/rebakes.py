@@ -16,6 +16,7 @@ from app.parts.rebake import RebakePart
 from app.style import styled
 from app.window_bench.driver import Driver
 from app.window_bench.measure import about_result, baked
+from app.window_bench.memory import MEMORY_NOTES, edits_in_a_row
 from app.window_bench.slices import Slice, TimedApplication
 from bake.bench.table import Measurements
 from bake.errors import ObscuraError
@@ -29,6 +30,9 @@ from viewer.gizmo import Motion
 Row = dict[str, Any]
 
 FIRST_S, FINAL_S, ALPHA_S, TIMES_FASTER, RAYS_SHARE = 0.4, 3.0, 0.3, 20.0, 3.0
+ALPHA_VERTICES = 200_000
+"""Vertices that the gate on α is meant for; with more of them it is wider by as much."""
+
 _ROUNDS, _ALPHAS = 7, 5
 _PARTS = (
     "edit written and asked for", "heard by the engine", "scene read", "first values found", "values in the window",
@@ -39,12 +43,13 @@ _PROP_M = 4.0
 _STEP_M = 0.3
 
 
-def measure_edits(path: Path | None, options: Mapping[str, Any]) -> Iterator[Measurements]:
+def measure_edits(path: Path | None, options: Mapping[str, Any], *, edits: int = 0) -> Iterator[Measurements]:
     """One prop moved again and again, and α changed; the whole bake of the same scene in the same run and window.
 
     Args:
         path: A scene, of which a copy is used; None for a level of a million triangles that it makes itself.
         options: Bake options by long name.
+        edits: After that so many edits in a row, by which memory may hardly grow; 0 for none.
 
     Raises:
         InputError: the scene or the options cannot be used.
@@ -56,7 +61,9 @@ def measure_edits(path: Path | None, options: Mapping[str, Any]) -> Iterator[Mea
         app = styled(TimedApplication())
         driver = Driver(app, result, folder)
         try:
-            rows = _Run(driver).rows()
+            run = _Run(driver)
+            rows = run.rows()
+            memory = edits_in_a_row(driver, edits) if edits else []
         finally:
             driver.close()
         about = about_result(load_result(result), path)
@@ -65,9 +72,12 @@ def measure_edits(path: Path | None, options: Mapping[str, Any]) -> Iterator[Mea
         "medians from the change to the picture that shows its values, side file, scene and engine included; drawing "
         "is subtracted and stands apart; the whole bake runs in the same window, until its result is in view",
         f"gates: first values {FIRST_S:g} s, final ones {FINAL_S:g} s and {TIMES_FASTER:g} times faster than the bake; "
-        f"rays traced at most {RAYS_SHARE:g} times those whose value changed; α alone {ALPHA_S:g} s",
+        f"rays traced at most {RAYS_SHARE:g} times those whose value changed; α alone {ALPHA_S:g} s for each "
+        f"{ALPHA_VERTICES:,} vertices",
     ]
     yield Measurements("window edits", rows, notes)
+    if memory:
+        yield Measurements("memory over edits", memory, [about, *MEMORY_NOTES])
 
 
 def baked_copy(path: Path | None, options: Mapping[str, Any], folder: Path) -> Path:
@@ -115,8 +125,12 @@ class _Run:
         for number in range(_ALPHAS):
             driver.phase("smoothing", lambda number=number: self._smoothed(160 + 20 * number, alphas))
         driver.phase("keeping", self._kept_smoothing)
+        thresholds: list[tuple[float, float]] = []
+        for number in range(_ALPHAS):
+            driver.phase("judging", lambda number=number: self._judged(0.2 - 0.02 * number, thresholds))
         traced, changed = (_middle(reports, name) for name in ("rays_traced", "rays_changed"))
         first_s, final_s, alpha_s = _median(first[1:]), _median(final[1:]), _median(alphas[1:])
+        alpha_gate = ALPHA_S * max(1.0, self._vertices() / ALPHA_VERTICES)
         alpha_rays = self._reports[-1].rays_traced
         longest = 1000.0 * max(item.seconds for item in slices[1:])
         return [
@@ -133,7 +147,8 @@ class _Run:
                 **_gate(RAYS_SHARE, traced <= RAYS_SHARE * changed),
             },
             {"what": "the very first move: first values", **_seconds(first[:1])},
-            {"what": "another α: values", **_seconds(alphas[1:]), **_gate(ALPHA_S, alpha_s <= ALPHA_S)},
+            {"what": "another α: values", **_seconds(alphas[1:]), **_gate(alpha_gate, alpha_s <= alpha_gate)},
+            {"what": "another threshold: values", **_seconds(thresholds[1:])},
             {"what": "another α: rays traced", "count": alpha_rays, **_gate(0.0, alpha_rays == 0)},
             {"what": "longest slice of the window's thread while moving", "own s": 0.001 * longest},
         ]
@@ -216,6 +231,22 @@ class _Run:
         before = document.field
         answer = self._driver.ask(lambda: slider.setValue(place), lambda: document.field is not before)
         found.append((answer.seconds, answer.drawing))
+
+    def _judged(self, threshold: float, found: list[tuple[float, float]]) -> None:
+        """From another threshold of back faces to its values in view; nothing is stored."""
+        document, controller = self._window.document, self._window.controller
+        before = document.field
+
+        def act() -> None:
+            document.set_threshold(threshold)
+            controller.solve_threshold()
+
+        answer = self._driver.ask(act, lambda: document.field is not before)
+        found.append((answer.seconds, answer.drawing))
+
+    def _vertices(self) -> int:
+        world = self._window.document.world
+        return 0 if world is None else world.vertex_count
 
     def _kept_smoothing(self) -> None:
         """α of the slider put into the bake: a rebake without a ray."""

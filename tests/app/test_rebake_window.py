@@ -344,3 +344,37 @@ def test_two_hundred_edits_leave_nothing_behind(opened: Window, qtbot: QtBot) ->
             warm = resident()
     for before, after in zip(warm, resident(), strict=True):
         assert after < 1.05 * before, (warm, resident())
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_rebakes_cancelled_and_killed_at_random(opened: Window, qtbot: QtBot, seed: int) -> None:
+    """Whenever a rebake is stopped, or its process dies, view and disk agree on a state, and the next one is right."""
+    part, document, random = opened.part(RebakePart), opened.document, np.random.default_rng(seed)
+    _select(opened, qtbot, "Crate")
+    path = document.result_path
+    assert path is not None
+    for number in range(6):
+        _move(opened, qtbot, float(random.uniform(-0.4, 0.4)))
+        opened.actions_by_id["rebake"].trigger()
+        qtbot.wait(int(random.choice([0, 30, 80, 200, 500, 900]) * random.uniform(0.5, 1.5)))
+        if number % 3 == 2 and part.rebaker.is_busy and opened.engine.pid is not None:
+            with qtbot.waitSignal(opened.engine.crashed, timeout=PATIENCE_MS):
+                os.kill(opened.engine.pid, signal.SIGKILL)
+        else:
+            part.rebaker.cancel()
+        assert not part.rebaker.is_busy
+        assert opened.isVisible()
+        _settle(opened, qtbot)
+        stored = load_result(path)  # all of it is verified
+        assert document.result is not None
+        assert not document.is_preview
+        np.testing.assert_array_equal(document.result.field.ao, stored.field.ao)
+    if document.current is None or not document.current.is_fresh:
+        _rebake(opened, qtbot)
+    _wait(qtbot, lambda: document.current is not None and document.current.is_fresh)
+    assert document.scene_path is not None
+    whole = path.parent / "whole"
+    for _ in run_bake(BakeRequest(document.scene_path, whole, document.result.settings.to_json())):
+        pass
+    difference = np.abs(document.result.field.ao - load_result(whole).field.ao)
+    assert np.nanmax(difference) <= 2.0 / 255.0
