@@ -1,11 +1,11 @@
 """The values of a block whose equations changed: as few of them as the tolerance allows.
 
 At the values x of before, every row of the changed equations A x = b is missed by a gradient g = A x - b. As A is at
-least the mass matrix and the prior, whose rows sum to m + p, a value is about |g| / (m + p) away from where it belongs,
-and `AMPLIFIED` times that at most, wherever meshes are not extreme. Only values that miss more than the tolerance
-allows are solved for, with a few rings around them and everything beyond held where it is. That moves the rows just
-outside; where they then miss too much, the next patch lies there. What is left is known for every row and kept: small
-changes that are passed over add up in the gradient until they count.
+least the mass matrix and the prior, with lumped masses m and weights p, a value is at most about |g| / (m / `AMPLIFIED`
++ p) away from where it belongs, wherever meshes are not extreme, and |g| / p where samples are too few. Only values
+that miss more than the tolerance allows are solved for, with a few rings around them and everything beyond held where
+it is. That moves the rows just outside; where they then miss too much, the next patch lies there. What is left is known
+for every row and kept: small changes that are passed over add up in the gradient until they count.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from bake.solve.system import Equations
 from bake.types import BoolArray, Float64Array, Int64Array
 
 AMPLIFIED = 8.0
-"""How much farther from its place a value may be than its row alone tells. On a regular mesh it is 4, as the smallest
-eigenvalue of its mass matrix is a quarter of the lumped mass; on real levels up to 8 was seen."""
+"""How much farther from its place a value may be than its row's mass alone tells. On a regular mesh it is 4, as the
+smallest eigenvalue of its mass matrix is a quarter of the lumped mass; on real levels up to 8 was seen."""
 
 RINGS = 6
 """Rings of faces around values that miss too much."""
@@ -138,8 +138,12 @@ def _miss(gradient: Float64Array, x: Float64Array) -> Float64Array:
 
 
 def _weight(equations: Equations, alpha: float, pull: Float64Array) -> Float64Array:
-    """What a row's gradient is measured by, shape (u,), m²."""
-    weight = equations.mass + pull
+    """What a row's gradient is measured by, shape (u,), m²: `AMPLIFIED` times what surely holds the value in its place.
+
+    That is the prior, and a share of the mass where the faces have samples enough to fix three corners. With fewer, and
+    without smoothing, the prior is all there is, a fiftieth of the mass.
+    """
+    weight = equations.mass * np.clip(equations.trust.count - 3.0, 0.0, 1.0) + AMPLIFIED * pull
     starved = np.flatnonzero(equations.starved)
     if len(starved):
         weight[starved] += 0.1 * equations.main_diagonal(alpha)[starved]

@@ -205,7 +205,7 @@ def _fill(surface: Surface, starved: BoolArray) -> tuple[Float64Array, Float64Ar
     """Diagonal (u,) and edge entries (e,) of the Laplacian on faces with a starved corner, and its scale (u,)."""
     if not starved.any():
         return np.zeros(len(starved)), np.zeros(len(surface.edges)), np.zeros(len(starved))
-    touched = starved[surface.corners].any(axis=1)
+    touched: BoolArray = np.asarray(starved[surface.corners].any(axis=1), np.bool_)
     # Degenerate faces carry the fill too, lest their corners hang on nothing: as much as if they were a little wider.
     weight = np.zeros(len(touched))
     corners = surface.position[surface.corners[touched]]
