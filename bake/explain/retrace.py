@@ -86,7 +86,7 @@ def _as_sent(found: RayRecords, sent: Int64Array) -> RayRecords:
     rays = found.face.shape[1]
     if (sent == rays).all():
         return found
-    column = np.arange(rays) % sent[:, None]
+    column: Int64Array = np.arange(rays, dtype=np.int64) % sent[:, None]
     row = np.arange(len(sent))[:, None]
     of, at = found.crossed_ray // rays, found.crossed_ray % rays
     kept = np.flatnonzero(at < sent[of])

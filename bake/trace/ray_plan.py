@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from bake.types import BoolArray, Float64Array
+from bake.types import BoolArray, Float64Array, Int64Array
 
 PILOT = 8
 """Rays that every sample sends."""
@@ -134,8 +134,9 @@ class RayWorth:
             gains.append(weight * (noise * 2.0 ** (-_RATE * doublings) + doubt * _DOUBT_GAIN**doublings))
             prices.append(gains[-1] / sent)
             sent, doublings = 2 * sent, doublings + 1
-        gain, price = np.concatenate(gains), np.concatenate(prices)
-        best = np.argsort(-price)
+        gain: Float64Array = np.concatenate(gains)
+        price: Float64Array = np.concatenate(prices)
+        best: Int64Array = np.argsort(-price)
         taken: Float64Array = gain[best]
         reached: Float64Array = np.cumsum(taken)
         needed = int(np.searchsorted(reached, excess))
