@@ -139,7 +139,7 @@ class RayWorth:
         best: Int64Array = np.argsort(-price)
         taken: Float64Array = gain[best]
         reached: Float64Array = np.cumsum(taken)
-        needed = int(np.searchsorted(reached, excess))
+        needed = int(np.count_nonzero(reached < excess))
         return float(price[best[needed]]) if needed < len(best) else 0.0
 
 
