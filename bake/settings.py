@@ -46,7 +46,7 @@ class TracerKind(enum.StrEnum):
 
 
 class Quality(enum.StrEnum):
-    """Presets for rays and samples; what is set explicitly wins."""
+    """Presets for rays, samples and smoothing; what is set explicitly wins."""
 
     PREVIEW = "preview"
     FINAL = "final"
@@ -54,9 +54,9 @@ class Quality(enum.StrEnum):
 
 
 QUALITY_PRESETS: Mapping[Quality, Mapping[str, Any]] = {
-    Quality.PREVIEW: {"rays": 16, "samples_per_face": (1, 4)},
-    Quality.FINAL: {"rays": 64, "samples_per_face": (4, 16)},
-    Quality.REFERENCE: {"rays": 256, "samples_per_face": (16, 64)},
+    Quality.PREVIEW: {"rays": 16, "samples_per_face": (1, 4), "alpha": 0.1},
+    Quality.FINAL: {"rays": 64, "samples_per_face": (4, 16), "alpha": 0.03},
+    Quality.REFERENCE: {"rays": 256, "samples_per_face": (16, 64), "alpha": 0.03},
 }
 
 
