@@ -38,7 +38,6 @@ def find_edit(
     scene: Scene,
     settings: BakeSettings,
     *,
-    exact: bool,
     objects: frozenset[str] | None = None,
     faces: Int64Array | None = None,
 ) -> Edit | NoEdit:
@@ -47,7 +46,6 @@ def find_edit(
     Args:
         state: Before the edit.
         scene, settings: As wanted now.
-        exact: The world has to have the very origin that a bake would give it.
         objects, faces: What may change; see `RebakeSession.rebake`.
     """
     result = state.result
@@ -59,9 +57,9 @@ def find_edit(
         return NoEdit("the result was baked by other versions of the program or its libraries", scene)
     if settings.adaptive_error is not None:
         return NoEdit("adaptive rays: how many a sample sends hangs on all others, so they are traced whole", scene)
-    world = _flattened(state, scene, settings, exact=exact)
+    world = _flattened(state, scene, settings)
     if not np.array_equal(world.origin, result.world.origin):
-        return NoEdit("the level's extent changed so much that its origin moves", scene)
+        return NoEdit("most of the level stands elsewhere: its origin moves, all positions are rounded anew", scene)
     how = compare(result.world, world)
     fog = state.fog
     if change.any_of(FOG) or world.object_paths != result.world.object_paths or _shrubs(world) != _shrubs(result.world):
@@ -95,12 +93,10 @@ def is_baked_from(result: BakeResult, scene: Scene) -> bool:
     )
 
 
-def _flattened(state: State, scene: Scene, settings: BakeSettings, *, exact: bool) -> World:
-    """The edited world, about the old origin if that may be."""
-    if exact:
-        return flatten(scene, settings)
+def _flattened(state: State, scene: Scene, settings: BakeSettings) -> World:
+    """The edited world, as a bake would have it."""
     if state.scene is None:
-        return flatten(scene, settings, origin=state.result.world.origin)
+        return flatten(scene, settings)
     return reflatten(state.result.world, state.scene, scene, settings)
 
 

@@ -94,7 +94,7 @@ class RebakeSession:
         state = self._state
         found, seconds = yield from patiently(
             "compare",
-            lambda: find_edit(state, scene, settings, exact=self._bound <= 0.0, objects=objects, faces=faces),
+            lambda: find_edit(state, scene, settings, objects=objects, faces=faces),
         )
         if isinstance(found, NoEdit):
             after, outcome = yield from self._in_full(found, settings, clock)

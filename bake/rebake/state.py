@@ -79,7 +79,7 @@ class Edit:
 
     Attributes:
         scene, settings: As wanted now.
-        world: The edited scene, flattened about the old origin.
+        world: The edited scene, flattened; its origin is the old one.
         fog: Its shrubs.
         change: How the world follows from the old one.
         casters: What rays see differently.

@@ -14,18 +14,17 @@ from bake.scene.normals import unit_vectors
 from bake.scene.shared_mesh import MeshSharer, SharedMesh
 from bake.scene.surface import samplable_faces
 from bake.settings import BakeSettings
-from bake.types import BoolArray, Float64Array, Int64Array, Role, Scene, SceneObject, World
+from bake.types import Float64Array, Int64Array, Role, Scene, SceneObject, World
 
 INDEX_LIMIT = 2**31 - 1
-FAR_OFF = 8.0
 
 
-def flatten(scene: Scene, settings: BakeSettings, *, origin: Float64Array | None = None) -> World:
+def flatten(scene: Scene, settings: BakeSettings) -> World:
     """Expands a scene into one vertex and one face array in world space.
 
-    - The origin lies near the centre of the bounding box of the objects that are baked (`decides_origin`), on a
-      coarse grid: a small edit hardly ever moves it, and an object's positions then depend on that object alone, to the
-      bit. The subtraction is done in float64, so that a level far from zero loses nothing.
+    - The origin lies near the centre of where most of what is baked stands (`origin_of`), on a coarse grid: a small
+      edit hardly ever moves it, and an object's positions then depend on that object alone, to the bit. The subtraction
+      is done in float64, so that a level far from zero loses nothing.
     - A mirroring transform flips the winding; normals go by the inverse transpose.
     - A vertex normal is turned round where it opposes every face around it (`opposing_normals`).
     - A face with an exact twin of opposite winding counts as two-sided (`SharedMesh.face_two_sided`).
@@ -37,32 +36,30 @@ def flatten(scene: Scene, settings: BakeSettings, *, origin: Float64Array | None
     Args:
         scene: As loaded.
         settings: `ground` and `alpha_lookup` matter.
-        origin: Shape (3,), float64, metres: an origin to keep, such as that of the world before an edit; it is passed
-            over if it lies further from the centre than a quarter of the box's diagonal, where precision would suffer.
 
     Raises:
         SceneError: the scene is empty, or has more vertices or faces than 32-bit indices can name.
     """
     with np.errstate(all="ignore"):
-        return _flatten(scene, settings, origin)
+        return _flatten(scene, settings, None)
 
 
 def flatten_about(scene: Scene, settings: BakeSettings, origin: Float64Array) -> World:
-    """Like `flatten` about an origin that is kept wherever the scene lies: for some objects of a larger world.
+    """Like `flatten` about an origin wherever the scene lies: for some objects of a larger world.
 
     Raises:
         SceneError: as `flatten`.
     """
     with np.errstate(all="ignore"):
-        return _flatten(scene, settings, origin, surely=True)
+        return _flatten(scene, settings, origin)
 
 
-def _flatten(scene: Scene, settings: BakeSettings, origin: Float64Array | None, *, surely: bool = False) -> World:
+def _flatten(scene: Scene, settings: BakeSettings, origin: Float64Array | None) -> World:
     objects = scene.objects
     _check_size(scene)
     sharer = MeshSharer(scene.materials)
     shared = {index: sharer.share(scene.meshes[index]) for index in sorted({item.mesh for item in objects})}
-    placed = _place(objects, shared, origin, surely=surely)
+    placed = _place(objects, shared, origin)
     hasher = ContentHasher(scene)
     face_object = np.repeat(np.arange(len(objects), dtype=np.int32), np.diff(placed.first_face))
     casts = np.array([item.role.casts_opaque for item in objects], np.bool_)[face_object]
@@ -148,10 +145,8 @@ class _Placed:
         return slice(int(self.first_face[number]), int(self.first_face[number + 1]))
 
 
-def _place(
-    objects: Sequence[SceneObject], shared: dict[int, SharedMesh], kept: Float64Array | None, *, surely: bool
-) -> _Placed:
-    """World positions about the origin: `kept`, if it is a good one or `surely` the one.
+def _place(objects: Sequence[SceneObject], shared: dict[int, SharedMesh], given: Float64Array | None) -> _Placed:
+    """World positions about the given origin, or the scene's own.
 
     Boxes are those of the vertices that faces use.
     """
@@ -171,10 +166,11 @@ def _place(
     counts = np.array([item.role is not Role.IGNORE for item in objects])
     counts |= not counts.any()
     minimum, maximum = (low + moved)[counts].min(axis=0), (high + moved)[counts].max(axis=0)
-    decides = decides_origin([item.role for item in objects], low + moved, high + moved, np.diff(first_vertex))
-    origin = near_centre((low + moved)[decides].min(axis=0), (high + moved)[decides].max(axis=0), kept)
-    if kept is not None and surely:
-        origin = kept
+    if given is None:
+        roles = [item.role for item in objects]
+        origin = origin_of(roles, low + moved, high + moved, np.diff(first_vertex))
+    else:
+        origin = np.array(given, np.float64)
     for number, shift in enumerate(moved - origin):
         positions[first_vertex[number] : first_vertex[number + 1]] += shift
     return _Placed(
@@ -188,19 +184,21 @@ def _place(
     )
 
 
-def decides_origin(
-    roles: Sequence[Role], low: Float64Array, high: Float64Array, vertex_counts: Int64Array
-) -> BoolArray:
-    """Objects whose box the origin is near to, shape (o,): those that receive anything and stand where most of it is.
+def origin_of(roles: Sequence[Role], low: Float64Array, high: Float64Array, vertex_counts: Int64Array) -> Float64Array:
+    """The origin of a world, shape (3,), float64: a point of a coarse grid, near the centre of most of what is baked.
 
     Rounding to float32 costs a vertex the 2⁻²⁴th part of its distance from the origin, and it is where values are baked
-    that this matters. A backdrop may thus stand as far off as it likes, on one side of the level: it does not count if
-    it only blocks, or if it begins beyond `FAR_OFF` times the diagonal of the box that holds the middle nine tenths of
-    all vertices.
+    that this matters. So what is ignored or only blocks does not count, and of the rest the box that holds the middle
+    nine tenths of all vertices: a backdrop may stand as far off as it likes, on one side of the level, and a prop at
+    the edge may be moved, removed or given another role without any other vertex being rounded afresh.
+
+    The grid's spacing is the power of two below a quarter of that box's diagonal. A centre moves on to the next point
+    at 9/16 of the way and not in the middle, where the centres of levels built on whole metres would often lie. The
+    point is never further off than 9/16 √3 / 4 of the diagonal, which is less than a quarter.
 
     Args:
-        roles: o of them.
-        low, high: Shape (o, 3): the objects' boxes.
+        roles: o of them, at least one.
+        low, high: Shape (o, 3), metres: the objects' boxes.
         vertex_counts: Shape (o,).
     """
     counts = np.array([role not in (Role.IGNORE, Role.BLOCKER) for role in roles], np.bool_)
@@ -208,11 +206,14 @@ def decides_origin(
         counts = np.array([role is Role.BLOCKER for role in roles], np.bool_)
     if not counts.any():
         counts[:] = True
-    middle_low = _weighted_quantile(low[counts], vertex_counts[counts], 0.05)
-    middle_high = _weighted_quantile(high[counts], vertex_counts[counts], 0.95)
-    off = np.linalg.norm(np.maximum(np.maximum(middle_low - high, low - middle_high), 0.0), axis=1)
-    near = counts & (off <= FAR_OFF * np.linalg.norm(middle_high - middle_low))
-    return near if near.any() else counts
+    minimum = _weighted_quantile(low[counts], vertex_counts[counts], 0.05)
+    maximum = _weighted_quantile(high[counts], vertex_counts[counts], 0.95)
+    centre = minimum + 0.5 * (maximum - minimum)
+    diagonal = float(np.linalg.norm(maximum - minimum))
+    if not 0.0 < diagonal < np.inf:
+        return centre
+    spacing = 2.0 ** np.floor(np.log2(0.25 * diagonal))
+    return np.asarray(np.floor(centre / spacing + 7.0 / 16.0) * spacing)
 
 
 def _weighted_quantile(values: Float64Array, weights: Int64Array, share: float) -> Float64Array:
@@ -221,23 +222,6 @@ def _weighted_quantile(values: Float64Array, weights: Int64Array, share: float) 
     sums = np.cumsum(weights[order], axis=0)
     row = np.argmax(sums >= share * sums[-1], axis=0)
     return values[order[row, np.arange(3)], np.arange(3)]
-
-
-def near_centre(minimum: Float64Array, maximum: Float64Array, kept: Float64Array | None) -> Float64Array:
-    """`kept` if it lies within a quarter of the box's diagonal of its centre, else the grid's point near the centre.
-
-    The grid's spacing is the power of two below a quarter of the diagonal. A centre moves on to the next point at 9/16
-    of the way and not in the middle, where the centres of levels built on whole metres would often lie. The point is
-    never further off than 9/16 √3 / 4 of the diagonal, which is less than a quarter.
-    """
-    centre = minimum + 0.5 * (maximum - minimum)
-    diagonal = float(np.linalg.norm(maximum - minimum))
-    if kept is not None and float(np.linalg.norm(kept - centre)) <= 0.25 * diagonal:
-        return np.array(kept, np.float64)
-    if not 0.0 < diagonal < np.inf:
-        return centre
-    spacing = 2.0 ** np.floor(np.log2(0.25 * diagonal))
-    return np.asarray(np.floor(centre / spacing + 7.0 / 16.0) * spacing)
 
 
 def _offsets(counts: Sequence[int]) -> Int64Array:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from bake.errors import SceneError
 from bake.ground import Ground
 from bake.scene import flatten
+from bake.scene.flatten import flatten_about
 from bake.settings import BakeSettings
 from bake.types import Material, Mesh, ObjectKeys, Role, Scene, SceneObject
 from tests.scene.glb_files import CUBE, CUBE_FACES, QUAD, QUAD_FACES
@@ -119,17 +120,17 @@ moves = st.tuples(*[st.floats(-0.5, 0.5)] * 3)
 
 @given(st.tuples(entries, entries, entries), moves, st.integers(0, 3))
 def test_an_edit_leaves_the_rest_where_it_is(offset: tuple, move: tuple, number: int) -> None:
-    """With the origin kept, what is not moved, and does not leave, keeps its positions to the bit."""
+    """What is not moved, and does not leave, keeps its positions to the bit as long as the origin stays."""
     objects = [placed(f"o{i}", translation(*np.array(offset) * i)) for i in range(4)]
     before = flatten(make_scene(*objects), SETTINGS)
     edited = list(objects)
     edited[number] = replace(edited[number], transform=translation(*move) @ edited[number].transform)
-    after = flatten(make_scene(*edited), SETTINGS, origin=before.origin)
+    after = flatten(make_scene(*edited), SETTINGS)
     if not np.array_equal(after.origin, before.origin):
         return  # so small a scene that the move is far
     others = np.repeat(np.arange(4) != number, np.diff(before.first_vertex))
     np.testing.assert_array_equal(after.positions[others], before.positions[others])
-    apart = flatten(make_scene(*[item for i, item in enumerate(edited) if i != number]), SETTINGS, origin=before.origin)
+    apart = flatten(make_scene(*[item for i, item in enumerate(edited) if i != number]), SETTINGS)
     if np.array_equal(apart.origin, before.origin):
         np.testing.assert_array_equal(apart.positions, before.positions[others])
 
@@ -146,12 +147,13 @@ def test_the_origin_stays_when_little_moves() -> None:
         )
 
 
-def test_a_bad_origin_is_not_kept() -> None:
-    """An origin further from the centre than a quarter of the diagonal is passed over."""
+def test_an_origin_can_be_given() -> None:
+    """Some objects of a larger world are flattened about its origin, wherever it is."""
     scene = make_scene(placed("a"), placed("b", translation(10, 0, 0)))
-    own = flatten(scene, SETTINGS).origin
-    np.testing.assert_array_equal(flatten(scene, SETTINGS, origin=np.array([6.0, 0.0, 0.5])).origin, [6.0, 0.0, 0.5])
-    np.testing.assert_array_equal(flatten(scene, SETTINGS, origin=np.array([50.0, 0.0, 0.0])).origin, own)
+    given, own = np.array([50.0, 0.0, 0.5]), flatten(scene, SETTINGS)
+    world = flatten_about(scene, SETTINGS, given)
+    np.testing.assert_array_equal(world.origin, given)
+    np.testing.assert_allclose(world.positions + given, own.positions + own.origin, atol=1e-12)
 
 
 def test_layout() -> None:

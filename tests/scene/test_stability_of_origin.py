@@ -10,7 +10,7 @@ import pytest
 from bake.bench.shapes import flat
 from bake.bench.stability_level import Level, as_scene, make_level, part
 from bake.scene import flatten
-from bake.scene.flatten import decides_origin
+from bake.scene.flatten import origin_of
 from bake.scene_types import Role
 from bake.settings import BakeSettings
 
@@ -37,6 +37,18 @@ def test_two_towns_share_it() -> None:
 def test_something_always_decides() -> None:
     """Even if all objects are ignored, in one point, or each alone far from the others."""
     low = np.array([[0.0, 0.0, 0.0], [1e6, 0.0, 0.0], [0.0, 1e6, 0.0]])
+    counts = np.array([3, 3, 3])
     for roles in ([Role.IGNORE] * 3, [Role.BLOCKER] * 3, [Role.STATIC, Role.IGNORE, Role.BLOCKER]):
-        assert decides_origin(roles, low, low, np.array([3, 3, 3])).any()
-    assert decides_origin([Role.STATIC] * 3, low * 0.0, low * 0.0, np.array([3, 3, 3])).all()
+        assert np.isfinite(origin_of(roles, low, low, counts)).all()
+    np.testing.assert_array_equal(origin_of([Role.STATIC] * 3, low * 0.0, low * 0.0, counts), 0.0)
+
+
+@pytest.mark.parametrize("role", [Role.STATIC, Role.SHRUB, Role.BLOCKER, Role.IGNORE])
+@pytest.mark.parametrize("distance", [0.0, 3.0, 40.0, 5e3])
+def test_a_prop_does_not_decide(role: Role, distance: float) -> None:
+    """A prop at the edge may be moved off, come, go and take any role: all else keeps its positions to the bit."""
+    alone = flatten(as_scene(make_level()), BakeSettings())
+    edge = float(alone.positions[:, 0].max() + alone.origin[0])
+    prop = part("prop", flat(-0.5, 0.5, -0.5, 0.5, 0.0, 2).moved(edge + distance, 0.0, 0.0), role)
+    world = flatten(as_scene(make_level().with_parts(prop)), BakeSettings())
+    np.testing.assert_array_equal(world.positions[: alone.vertex_count], alone.positions)
