@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from bake.errors import SolveError
@@ -17,6 +17,7 @@ AVERAGE = BakeSettings(mapping=MappingKind.AVERAGE)
 
 
 @given(seed=st.integers(0, 2**32 - 1), kept=st.sampled_from([0.0, 0.02, 0.3, 1.0]), weld=st.booleans())
+@example(seed=216, kept=0.02, weld=False)
 def test_it_is_the_mappers_average(seed: int, kept: float, weld: bool) -> None:
     """With vertices and whole components that have no valid sample, welded across objects or not."""
     rng = np.random.default_rng(seed)
@@ -28,7 +29,8 @@ def test_it_is_the_mappers_average(seed: int, kept: float, weld: bool) -> None:
     options = AVERAGE.replaced(weld_instances=weld)
     field = map_to_vertices(world, samples, ao, valid, options)
     expected = VertexMapper(world, samples, options).solve(ao, valid)
-    np.testing.assert_array_equal(field.ao, expected.ao)
+    # Fills by rings add up the same neighbours in another order.
+    np.testing.assert_allclose(field.ao, expected.ao, rtol=0.0, atol=2e-7)
     np.testing.assert_array_equal(field.state, expected.state)
     assert field.report.rmse == pytest.approx(expected.report.rmse)
 
