@@ -230,8 +230,8 @@ class LayersPart(Part):
 
     def _show_settings(self) -> None:
         result, wanted = self.bench.document.result, self.bench.panels.bake.settings()
-        differs = result is not None and wanted is not None
-        self._panel.show_settings(difference_text(result.settings, wanted) if differs else "")
+        text = "" if result is None or wanted is None else difference_text(result.settings, wanted)
+        self._panel.show_settings(text)
 
     def _on_rejected(self, mixed: _Mixed, name: str) -> None:
         self._end_waiting()
