@@ -60,7 +60,8 @@ class Boxes:
 class Change:
     """What changed for each sample: sums over its rays, in units of one ray.
 
-    With `find` set, only `candidates` is written, 1 where some ray of the sample is one.
+    With `find` set, only `candidates` is written, 1 where some ray of the sample is one. `doubtful` is 1 where rays
+    that meet nothing that changed may find something else: an escape that is looked at twice in one scene only.
     """
 
     first_ray: wp.int32
@@ -74,6 +75,7 @@ class Change:
     candidates: wp.array(dtype=wp.int32)
     traced: wp.array(dtype=wp.int32)
     changed: wp.array(dtype=wp.int32)
+    doubtful: wp.array(dtype=wp.int32)
 
 
 @wp.func
@@ -189,6 +191,7 @@ def changed_kernel(tracer: str, fog: bool, trees: bool) -> Any:
         traced = wp.int32(0)
         differing = wp.int32(0)
         t_max = falloff.t_max
+        first_turned = wp.int32(0) + work.rays  # the first ray that escapes in one scene only
         rays = out.last_ray - out.first_ray
         layers = (rays + STRIPS - 1) / STRIPS
         steps = STRIPS * layers
@@ -302,6 +305,8 @@ def changed_kernel(tracer: str, fog: bool, trees: bool) -> Any:
                     after.entry, after.scene, new_surface, fan.point, direction, t_max, threshold, doubtful
                 )
                 traced += 2
+            if old_fate.struck != new_fate.struck:
+                first_turned = wp.min(first_turned, j)
             if same(old_fate, new_fate) and not soft:
                 continue
             old_passes = wp.float32(1.0)
@@ -322,6 +327,19 @@ def changed_kernel(tracer: str, fog: bool, trees: bool) -> Any:
                 if new_fate.stopped == 1:
                     new_share = 1.0 - wp.exp(falloff.rates[k] * new_fate.distance)
                 total[k] += wp.float64(new_share * new_passes) - wp.float64(old_share * old_passes)
+        doubtful_escapes = wp.int32(0)
+        if second_look and out.find == 0 and first_turned < work.rays:
+            # Escapes are doubted for as long as there were few. From here on the two scenes may doubt different ones,
+            # unless so many of the rays before this one escape, in both scenes, that nothing is doubted any more.
+            escaped = wp.int32(0)
+            for early in range(first_turned):
+                if escaped * 16 < work.rays:
+                    found = closest_hit(after.entry, after.scene, fan.point, ray_direction(fan, early), 0.0, t_max)
+                    traced += 1
+                    if found.primitive < 0:
+                        escaped += 1
+            if escaped * 16 < work.rays:
+                doubtful_escapes = 1
         out.tested[s] = tested
         out.candidates[s] = candidates
         if out.find == 0:
@@ -331,5 +349,6 @@ def changed_kernel(tracer: str, fog: bool, trees: bool) -> Any:
             out.back_faces[s] = back_faces
             out.traced[s] = traced
             out.changed[s] = differing
+            out.doubtful[s] = doubtful_escapes
 
     return changed

@@ -141,6 +141,7 @@ class SurfaceTrace:
         count, k = self._edit.settings.rays, self._edit.settings.distance_count
         ao: Float64Array = np.zeros((len(rows), k))
         hits, backs, found = (np.zeros(len(rows), np.int32) for _ in range(3))
+        doubtful = np.zeros(len(rows), np.bool_)
         spans = [slice(begin, min(begin + _CHUNK, len(rows))) for begin in range(0, len(rows), _CHUNK)]
         chunks = [(own, self._samples.only(rows[own])) for own in spans]
         for number, part in enumerate(parts):
@@ -151,6 +152,7 @@ class SurfaceTrace:
                 hits[own] += change.hits
                 backs[own] += change.back_faces
                 found[own] += change.changed
+                doubtful[own] |= change.doubtful
                 self._add(change)
                 self._done += round(len(change) * (part.stop - part.start) / count)
                 yield self._progress()
@@ -161,9 +163,11 @@ class SurfaceTrace:
             if number == 0:
                 yield from self._trace_whole(whole)
         none = np.zeros(0, np.int64)
-        some = np.flatnonzero(found)
+        self._done -= int(np.count_nonzero(doubtful))  # counted once more, now that they are traced whole
+        yield from self._trace_whole(rows[doubtful])
+        some = np.flatnonzero((found > 0) & ~doubtful)
         once = found[some]
-        change = TallyChange(ao[some], hits[some], backs[some], once, once, once, none, Tally.empty(0, k))
+        change = TallyChange(ao[some], hits[some], backs[some], once, once, once, once < 0, none, Tally.empty(0, k))
         self._apply(rows[some], change)
 
     def _check_exactly(self, rays: ChangedRays, rows: Int64Array) -> Generator[Progress | Partial]:

@@ -28,6 +28,7 @@ class TallyChange:
         tested: Shape (n,), int32: rays that cross a box of what changed, held against that alone.
         traced: Shape (n,), int32: rays traced through a scene, each time counted.
         changed: Shape (n,), int32: rays that found something else; of samples traced whole, all.
+        doubtful: Shape (n,), bool: what was found may not be all, so that the sample has to be traced whole.
         whole: Shape (w,), int64: samples that were traced whole; the changes of theirs are 0.
         tally: What those found, in the order of `whole`.
     """
@@ -38,6 +39,7 @@ class TallyChange:
     tested: Int32Array
     traced: Int32Array
     changed: Int32Array
+    doubtful: BoolArray
     whole: Int64Array
     tally: Tally
 
@@ -63,7 +65,8 @@ class ChangedRays:
     both scenes are followed. Crossing a box of fog or leaves that differ is enough to be traced.
 
     The second look at doubtful escapes (`bake/kernels/follow.py`) is given to the first ray of a sample alone, since
-    whether it is due hangs on rays that are not traced; it decides about rays within 10⁻⁵ of a vertex.
+    whether it is due hangs on rays that are not traced. Where a ray newly escapes, or no longer does, while so few did
+    before it that later ones are doubted in one scene only, the sample is told to be `doubtful`.
 
     Tracers without the fused kernel trace all samples whole.
     """
@@ -140,13 +143,14 @@ class ChangedRays:
             self.new.accumulate(own, batch, tally)
         rays = np.zeros(len(samples), np.int32)
         rays[rows] = settings.rays
-        return TallyChange(found.ao, found.hits, found.back_faces, found.tested, rays, rays, rows, tally)
+        none = np.zeros(len(samples), np.bool_)
+        return TallyChange(found.ao, found.hits, found.back_faces, found.tested, rays, rays, none, rows, tally)
 
 
 def _unchanged(count: int, columns: int) -> TallyChange:
-    zero = np.zeros(count, np.int32)
+    zero, none = np.zeros(count, np.int32), np.zeros(count, np.bool_)
     nothing = np.zeros(0, np.int64)
-    return TallyChange(np.zeros((count, columns)), zero, zero, zero, zero, zero, nothing, Tally.empty(0, columns))
+    return TallyChange(np.zeros((count, columns)), zero, zero, zero, zero, zero, none, nothing, Tally.empty(0, columns))
 
 
 class _Fused:
@@ -198,6 +202,7 @@ class _Fused:
             tested=out.tested.numpy(),
             traced=out.traced.numpy(),
             changed=out.changed.numpy(),
+            doubtful=out.doubtful.numpy() > 0,
             whole=np.zeros(0, np.int64),
             tally=Tally.empty(0, self._new.settings.distance_count),
         )
@@ -217,6 +222,7 @@ class _Fused:
         out.ao = new.empty((rows, new.settings.distance_count), wp.float64)
         out.hits, out.back_faces = new.empty(rows, wp.int32), new.empty(rows, wp.int32)
         out.traced, out.changed = new.empty(rows, wp.int32), new.empty(rows, wp.int32)
+        out.doubtful = new.empty(rows, wp.int32)
         out.tested, out.candidates = new.empty(count, wp.int32), new.empty(count, wp.int32)
         fog = max(old.fog_boxes, new.fog_boxes) > 0
         trees = max(old.tree_triangles, new.tree_triangles) > 0
