@@ -12,6 +12,9 @@ import numpy as np
 from bake.settings import BakeSettings
 from bake.types import Float64Array, Mesh, ObjectKeys, Role, Scene, SceneObject
 
+MOST_CELLS = 100_000
+"""Cells of the tree volume in the box of the largest object that becomes a tree; nobody makes one of a mountain range."""
+
 Change = Callable[[Scene, BakeSettings, int, np.random.Generator], tuple[Scene, BakeSettings]]
 
 
@@ -89,6 +92,12 @@ def _extent(scene: Scene, item: SceneObject) -> float:
         return 0.0
     size = box.max(axis=0) - box.min(axis=0)
     return float(np.linalg.norm(item.transform[:3, :3] @ size))
+
+
+def _cells(scene: Scene, item: SceneObject, spacing: float) -> float:
+    """Cells of a volume around an object, about."""
+    points = scene.meshes[item.mesh].positions @ item.transform[:3, :3].T
+    return float(np.prod(np.ceil(np.ptp(points, axis=0) / spacing) + 1.0)) if len(points) else 0.0
 
 
 def _with(scene: Scene, number: int, item: SceneObject) -> Scene:
@@ -188,6 +197,8 @@ def _role(scene: Scene, settings: BakeSettings, number: int, random: np.random.G
         choices.append(Role.TREE)
     others = [role for role in choices if role is not item.role]
     role = others[int(random.integers(len(others)))]
+    if role is Role.TREE and _cells(scene, item, settings.volume_spacing) > MOST_CELLS:
+        role = Role.BLOCKER if item.role is not Role.BLOCKER else Role.STATIC
     return _with(scene, number, dataclasses.replace(item, role=role)), settings
 
 
