@@ -13,7 +13,7 @@ from bake.settings import BakeSettings
 from bake.types import Float64Array, Mesh, ObjectKeys, Role, Scene, SceneObject
 
 MOST_CELLS = 100_000
-"""Cells of the tree volume in the box of the largest object that becomes a tree; nobody makes one of a mountain range."""
+"""Cells of the tree volume in the box of the largest object that becomes a tree; nobody makes one of mountains."""
 
 Change = Callable[[Scene, BakeSettings, int, np.random.Generator], tuple[Scene, BakeSettings]]
 
@@ -97,7 +97,9 @@ def _extent(scene: Scene, item: SceneObject) -> float:
 def _cells(scene: Scene, item: SceneObject, spacing: float) -> float:
     """Cells of a volume around an object, about."""
     points = scene.meshes[item.mesh].positions @ item.transform[:3, :3].T
-    return float(np.prod(np.ceil(np.ptp(points, axis=0) / spacing) + 1.0)) if len(points) else 0.0
+    if not len(points):
+        return 0.0
+    return float(np.prod(np.ceil((points.max(axis=0) - points.min(axis=0)) / spacing) + 1.0))
 
 
 def _with(scene: Scene, number: int, item: SceneObject) -> Scene:
