@@ -99,7 +99,8 @@ def _cells(scene: Scene, item: SceneObject, spacing: float) -> float:
     points = scene.meshes[item.mesh].positions @ item.transform[:3, :3].T
     if not len(points):
         return 0.0
-    return float(np.prod(np.ceil((points.max(axis=0) - points.min(axis=0)) / spacing) + 1.0))
+    size: Float64Array = np.ceil((points.max(axis=0) - points.min(axis=0)) / spacing) + 1.0
+    return float(size.prod())
 
 
 def _with(scene: Scene, number: int, item: SceneObject) -> Scene:
