@@ -38,12 +38,13 @@ class Peer:
     way: str = ""
 
 
-CYCLES = "Blender Cycles, vertex colours"
-"""The way that has a gate: one colour a vertex, smooth-shaded."""
+CYCLES = "Blender Cycles, corner colours"
+"""The way that has a gate: a colour at each corner of each face, as painting tools make them, smooth-shaded."""
 
 PEERS = (
-    Peer(CYCLES, "with_cycles.py", "bpy", True, (4, 16, 64), "point"),
-    Peer("Blender Cycles, corner colours, sharp edges", "with_cycles.py", "bpy", True, (4, 16, 64), "corner"),
+    Peer(CYCLES, "with_cycles.py", "bpy", True, (16, 64, 256), "smooth"),
+    Peer("Blender Cycles, corner colours, sharp edges", "with_cycles.py", "bpy", True, (16, 64), "sharp"),
+    Peer("Blender Cycles, vertex colours", "with_cycles.py", "bpy", True, (4, 16, 64), "point"),
     Peer("rays from vertices (Open3D)", "with_open3d.py", "open3d", True, (16, 64)),
     Peer("libigl", "with_libigl.py", "libigl", False, (16,)),
     Peer("PyMeshLab", "with_pymeshlab.py", "pymeshlab", False, (16,)),

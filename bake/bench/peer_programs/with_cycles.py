@@ -1,7 +1,7 @@
 """Blender's Cycles: AO baked into a colour attribute, on the CPU, with EFFORT samples.
 
-The last argument says which: "point", one colour a vertex of a smooth-shaded mesh, as most people's vertex colours are;
-or "corner", one a corner of each face, and edges sharper than 30° are marked sharp first.
+The last argument says which: "point", one colour a vertex of a smooth-shaded mesh, the mean of its corners' samples;
+"smooth", one at each corner of each face of such a mesh; or "sharp", the same with edges above 30° marked sharp first.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def main() -> int:
         return 3
 
     mesh_file, output, max_distance, effort = sys.argv[1], sys.argv[2], float(sys.argv[3]), int(sys.argv[4])
-    at_corners = sys.argv[5] == "corner"
+    at_corners = sys.argv[5] != "point"
     bpy.ops.wm.read_factory_settings(use_empty=True)
     begin = time.perf_counter()
     with np.load(mesh_file) as stored:
@@ -34,7 +34,7 @@ def main() -> int:
     mesh.polygons.foreach_set("loop_start", np.arange(0, faces.size, 3, dtype=np.int32))
     mesh.update(calc_edges=True)
     mesh.polygons.foreach_set("use_smooth", np.ones(len(faces), np.bool_))
-    if at_corners:
+    if sys.argv[5] == "sharp":
         mesh.set_sharp_from_angle(angle=np.radians(30.0))
     attribute = mesh.color_attributes.new("ao", "FLOAT_COLOR", "CORNER" if at_corners else "POINT")
     mesh.color_attributes.active_color = attribute
