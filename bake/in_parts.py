@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
@@ -25,18 +25,29 @@ def in_parts(work: Callable[[int, int], None], rows: int, at_once: int = AT_ONCE
         rows: How many there are; where they are one part, no thread is started.
         at_once: Rows of a part.
     """
-    if rows <= at_once:
-        work(0, rows)
+    in_spans(work, [(begin, min(begin + at_once, rows)) for begin in range(0, rows, at_once)] or [(0, 0)])
+
+
+def in_spans(work: Callable[[int, int], None], spans: Iterable[tuple[int, int]]) -> None:
+    """The same for parts of any sizes.
+
+    Args:
+        work: As for `in_parts`.
+        spans: First row and end of each part; where there is one, no thread is started.
+    """
+    parts = list(spans)
+    if len(parts) <= 1:
+        for begin, end in parts:
+            work(begin, end)
         return
     errors = np.geterr()  # threads start with those of the process
 
-    def part(begin: int) -> None:
+    def part(begin: int, end: int) -> None:
         with np.errstate(**errors):
-            work(begin, min(begin + at_once, rows))
+            work(begin, end)
 
     with ThreadPoolExecutor(worker_count(), "parts") as pool:
-        running = [pool.submit(part, begin) for begin in range(0, rows, at_once)]
-        for ended in running:
+        for ended in [pool.submit(part, *span) for span in parts]:
             ended.result()
 
 

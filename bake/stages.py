@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Generator
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from bake.types import Progress, StageReport
 
@@ -64,6 +64,15 @@ def patiently(stage: str, work: Callable[[], _T]) -> Generator[Progress, None, t
     if failure:
         raise failure[0]
     return value[0], time.perf_counter() - begin
+
+
+def drained(steps: Generator[Any, None, _T]) -> _T:
+    """Runs work to its end and returns its value; nobody is told of its progress."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
 
 
 def peak_memory_mb() -> float:

@@ -102,25 +102,6 @@ class FacesInPicture:
         return numbers[np.unique(owner[seen])]
 
 
-def seen_faces(
-    positions: Float64Array,
-    faces: Int32Array,
-    drawn: BoolArray | None,
-    matrix: Float64Array,
-    outline: Float64Array,
-    *,
-    front_only: bool,
-) -> Int64Array:
-    """Triangles of which some point is seen inside an outline: nothing that is drawn lies before it.
-
-    Arguments as of `FacesInPicture` and its `inside`.
-
-    Returns:
-        Indices of triangles, ascending.
-    """
-    return FacesInPicture(positions, faces, drawn, matrix, front_only=front_only).inside(outline)
-
-
 def _cells_of(
     spots: Float64Array, depths: Float64Array, low: Float64Array, high: Float64Array, cell: float
 ) -> tuple[Float64Array, Float64Array]:

@@ -191,7 +191,7 @@ class _Run:
         static = np.array([role is Role.STATIC for role in world.object_roles])
         fits = static & (faces >= _PROP_FACES[0]) & (faces <= _PROP_FACES[1]) & (size <= _PROP_M)
         if not fits.any():
-            raise ObscuraError("the level has no prop to move", where="bench window", remedy="use another level")
+            raise ObscuraError("the level has no prop to move", where="bench edits", remedy="use another level")
         middle = np.median(np.asarray(world.positions), axis=0)
         away = np.linalg.norm(boxes.mean(axis=1) - middle, axis=1)
         prop = int(np.argmin(np.where(fits, away, np.inf)))
@@ -258,9 +258,7 @@ class _Run:
         begin = time.perf_counter()
         while not condition():
             if time.perf_counter() - begin > patience_s:
-                raise ObscuraError(
-                    "the window did not answer", where="bench window", remedy="run it on an idle machine"
-                )
+                raise ObscuraError("the window did not answer", where="bench edits", remedy="run it on an idle machine")
             self._driver.wait(5)
 
 

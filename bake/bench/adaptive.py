@@ -9,7 +9,7 @@ lie in a patch count. What linear interpolation cannot represent is no part of t
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from bake.bench.patches import PATCH_FACES, Patches, patches_of
+from bake.bench.scaled import scaled
 from bake.bench.table import Measurements
 from bake.decorators.fog import make_fog
 from bake.devices import resolve
@@ -26,9 +27,10 @@ from bake.scene import flatten, load_scene
 from bake.settings import BakeSettings
 from bake.solve import VertexMapper
 from bake.solve.importance import SampleImportance
+from bake.stages import drained
 from bake.trace import Tracer, create_tracer
 from bake.trace.adaptive import Importance, trace_adaptively
-from bake.types import Float64Array, SampleSet, Scene, Tally, World
+from bake.types import Float64Array, SampleSet, Tally, World
 
 RAYS = 256
 BOUNDS = (0.016, 0.008, 0.004, 0.002)
@@ -53,7 +55,7 @@ def measure_adaptive(scenes: Iterable[Path], options: Mapping[str, Any], *, scal
     rows: list[Mapping[str, Any]] = []
     for path in scenes:
         settings = settings_for(path, {"rays": RAYS, **options})
-        scene = _scaled(load_scene(path, crease_angle=settings.crease_angle), scale)
+        scene = scaled(load_scene(path, crease_angle=settings.crease_angle), scale)
         rows += _rows(path.name, flatten(scene, settings), settings)
     return Measurements(
         "adaptive rays",
@@ -99,7 +101,7 @@ def _rows(name: str, world: World, settings: BakeSettings) -> list[Mapping[str, 
         rows: list[Mapping[str, Any]] = []
         for bound in BOUNDS:
             adaptive = settings.replaced(adaptive_error=bound)
-            tally, plan = _drained(trace_adaptively(tracer, patches.traced, importance, adaptive))
+            tally, plan = drained(trace_adaptively(tracer, patches.traced, importance, adaptive))
 
             def mean(values: np.ndarray) -> float:
                 return float(np.average(values, weights=patches.stands_for))
@@ -159,18 +161,3 @@ def _fixed(tracer: Tracer, samples: SampleSet, settings: BakeSettings, rays: int
     for batch in samples.batches(max(64, tracer.batch_size * settings.rays // rays)):
         tracer.accumulate(samples, batch, tally, rays=rays)
     return tally
-
-
-def _scaled(scene: Scene, scale: float) -> Scene:
-    """The scene with its units made metres."""
-    to_metres = np.diag([scale, scale, scale, 1.0])
-    objects = tuple(replace(item, transform=to_metres @ item.transform) for item in scene.objects)
-    return replace(scene, objects=objects)
-
-
-def _drained(work: Generator[Any, None, _T]) -> _T:
-    while True:
-        try:
-            next(work)
-        except StopIteration as ended:
-            return ended.value

@@ -171,13 +171,6 @@ def up_axis(scene: Scene) -> int:
     return scene.up_axis if scene.up_axis >= 0 else 1
 
 
-def scaled(scene: Scene, scale: float) -> Scene:
-    """The scene with all lengths multiplied."""
-    matrix = np.diag([scale, scale, scale, 1.0])
-    objects = tuple(dataclasses.replace(item, transform=matrix @ item.transform) for item in scene.objects)
-    return dataclasses.replace(scene, objects=objects)
-
-
 def locate(world: World, item: Placed) -> tuple[int, Float64Array]:
     """The face of the spot's object next to the spot, and the weights of its corners there."""
     number = world.object_paths.index(item.dark_path)

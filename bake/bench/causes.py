@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 
 from bake.arrays import Float64Array
-from bake.bench.cause_rounds import Round, Site, find_places, make_round, scaled
+from bake.bench.cause_rounds import Round, Site, find_places, make_round
 from bake.bench.cause_tables import Outcome, by_variant, confusion, of_the_levels
 from bake.bench.injected_defects import make_injection
 from bake.bench.level_spots import level_round
 from bake.bench.remedy_previews import Mended, mend_round, preview_table
+from bake.bench.scaled import scaled
 from bake.bench.special_rounds import shell_round, turned_round, unit_round
 from bake.bench.table import Measurements
 from bake.explain.cause_names import CauseKind

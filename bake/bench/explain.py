@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from bake.bench.cause_rounds import scaled
 from bake.bench.isolation import isolated
+from bake.bench.scaled import scaled
 from bake.bench.table import Measurements
 from bake.devices import resolve
 from bake.errors import ObscuraError
-from bake.explain.counterfactual import drained
 from bake.explain.explainer import Explainer
 from bake.explain.retrace import tracer_like
 from bake.explain.spot import vertex_spot
@@ -23,7 +22,7 @@ from bake.explain.types import Explanation, ShareKind
 from bake.pipeline import bake, settings_for, trace
 from bake.scene import load_scene
 from bake.solve import map_to_vertices
-from bake.stages import StageClock
+from bake.stages import StageClock, drained
 from bake.types import BakeResult, Float64Array, Int64Array, Role, VertexField, VertexState
 
 SPOTS = 200

@@ -9,9 +9,10 @@ from bake.bench.front import GATED, Front, FrontRow
 from bake.bench.peers import CYCLES
 from bake.bench.table import Measurements
 
-RMSE_AT_LAST = 0.052
+RMSE_TO_REACH, RMSE_AT_LAST = 0.072, 0.052
 LEAD = 50.0
-"""On the comparison field: how many times sooner than Cycles its least error is reached, and the error got to."""
+"""On the comparison field: how many times sooner than Cycles the first error is reached, and the one got to at last.
+Cycles' least error hangs on how back faces are counted, so the lead is asked for there as well."""
 
 
 def tables(front: Front) -> list[Measurements]:
@@ -59,21 +60,27 @@ def _leads(front: Front, seeds: Mapping[str, int]) -> Measurements:
         theirs = [row for row in front.rows if row.baker == name]
         best = min(row.rmse for row in theirs)
         gated = front.scene == GATED and name.startswith(f"{CYCLES} ")
-        rows += [_lead(own, row, gated=gated and row.rmse == best) for row in theirs]
+        rows += [_lead(own, row, row.rmse, gated=gated and row.rmse == best) for row in theirs]
+        first = next((row for row in theirs if row.rmse <= RMSE_TO_REACH), None)
+        if gated and first is not None:
+            rows.append(_lead(own, first, RMSE_TO_REACH, gated=True))
     rows += _finals(front, own)
-    note = f"gate on the comparison field: {LEAD:g} times sooner where {CYCLES} gets no further, and {RMSE_AT_LAST:g}"
+    note = (
+        f"gates on the comparison field: {LEAD:g} times sooner where {CYCLES} gets no further, and at "
+        f"{RMSE_TO_REACH:g}; an error of at most {RMSE_AT_LAST:g} at last"
+    )
     final = "gate everywhere: the final preset within 1/255 of the best piecewise linear AO"
     return Measurements(f"leads: {front.scene}", rows, [note, final] if front.scene == GATED else [final], seeds=seeds)
 
 
-def _lead(own: Sequence[FrontRow], theirs: FrontRow, *, gated: bool) -> Mapping[str, Any]:
-    """How much sooner ours is at least as good as a bake of another's."""
-    fast = min((row for row in own if row.rmse <= theirs.rmse), key=lambda row: row.seconds, default=None)
+def _lead(own: Sequence[FrontRow], theirs: FrontRow, error: float, *, gated: bool) -> Mapping[str, Any]:
+    """How much sooner than a bake of another's ours comes to an error."""
+    fast = min((row for row in own if row.rmse <= error), key=lambda row: row.seconds, default=None)
     least = min((row.rmse for row in own), default=None)
     lead = None if fast is None else theirs.seconds / fast.seconds
     found: dict[str, Any] = {
-        "what": f"as good as {theirs.baker}, {theirs.effort}",
-        "RMSE": theirs.rmse,
+        "what": f"{'as good as' if error == theirs.rmse else f'at {error:g}, against'} {theirs.baker}, {theirs.effort}",
+        "RMSE": error,
         "their seconds": theirs.seconds,
         "our seconds": None if fast is None else fast.seconds,
         "lead": lead,

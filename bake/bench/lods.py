@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from bake.pipeline import bake, settings_for
 from bake.samples import place_samples
 from bake.scene import load_scene, samplable_faces
 from bake.settings import BakeSettings
-from bake.stages import StageClock
+from bake.stages import StageClock, drained
 from bake.trace import create_tracer
 from bake.types import BakeResult, Float32Array, Float64Array, Int32Array, Int64Array, Role, SampleSet, Tally, World
 
@@ -41,7 +41,7 @@ def measure_lods(scenes: Sequence[Path], options: Mapping[str, Any]) -> Measurem
         settings = settings_for(path, {**options, "skip": "fog,trees"})
         device = resolve(settings.device)
         scene = load_scene(path, crease_angle=settings.crease_angle)
-        result = finished(bake(scene, settings, device, StageClock()))
+        result = drained(bake(scene, settings, device, StageClock()))
         rows += [{"scene": path.stem, **row} for row in compare_lods(result, settings, device)]
     notes = [
         f"reference: {_TRUTH_SAMPLES[0]} points a face of the lower level; at each, the AO traced with "
@@ -68,7 +68,7 @@ def compare_lods(result: BakeResult, settings: BakeSettings, device: Device) -> 
     each = max(1, round(len(baked) * RAYS / max(len(vertices), 1)))
     with create_tracer(dataclasses.replace(world, face_casts=surface.carries), settings, device) as caster:
         search = FinestSearch(world, surface, caster, corners, lods, finest, rays_each=each)
-        finished(search.run())
+        drained(search.run())
     ways = {
         "surface + fit": result.field.ao.astype(np.float64),
         "at vertices": _scattered(world, vertices, search.ao),
@@ -84,15 +84,6 @@ def compare_lods(result: BakeResult, settings: BakeSettings, device: Device) -> 
             row |= {f"RMSE {name}": error for name, error in errors.items()}
             rows.append({**row, "passed": errors["surface + fit"] == min(errors.values())})
     return rows
-
-
-def finished(work: Generator[Any, None, Any]) -> Any:
-    """Runs a stage to its end and returns what it made."""
-    while True:
-        try:
-            next(work)
-        except StopIteration as done:
-            return done.value
 
 
 def _without(world: World, lods: Int32Array, ao: Float32Array) -> Float32Array:

@@ -6,7 +6,6 @@ contender: as many rays in total, spread evenly over the vertices.
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from bake.bench.isolation import isolated
+from bake.bench.scaled import scaled
 from bake.bench.scenes import find_scenes
 from bake.bench.surface_truth import POINTS, REFERENCE_RAYS, surface_truth, trace_samples
 from bake.bench.table import Measurements
@@ -25,7 +25,7 @@ from bake.samples import place_samples
 from bake.scene import flatten, load_scene
 from bake.settings import BakeSettings, MappingKind
 from bake.solve import VertexMapper
-from bake.types import SampleSet, Scene, VertexField, World
+from bake.types import SampleSet, VertexField, World
 
 GATE = 0.95
 """Least squares must leave at most this share of the weighted average's error, at each distance."""
@@ -73,7 +73,7 @@ def compare_mappings(
         InputError: the scene or the options cannot be used.
     """
     settings = settings_for(path, options)
-    world = flatten(_scaled(load_scene(path), scale), settings)
+    world = flatten(scaled(load_scene(path), scale), settings)
     samples = place_samples(world, settings)
     tally = trace_samples(world, samples, settings)
     truth = surface_truth(
@@ -123,13 +123,6 @@ def compare_mappings(
         },
         {"scene": name, "mapping": "rays from vertices", "rays": vertex_rays, **_labelled(rival, columns)},
     ]
-
-
-def _scaled(scene: Scene, scale: float) -> Scene:
-    """The scene with its units made metres."""
-    to_metres = np.diag([scale, scale, scale, 1.0])
-    objects = tuple(dataclasses.replace(item, transform=to_metres @ item.transform) for item in scene.objects)
-    return dataclasses.replace(scene, objects=objects)
 
 
 def _cast_from_vertices(world: World, settings: BakeSettings, budget: int) -> tuple[np.ndarray, int]:

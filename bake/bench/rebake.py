@@ -8,7 +8,7 @@ later run goes on: it opens the result as it was stored, as an artist would the 
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
@@ -24,7 +24,7 @@ from bake.rebake.session import DEFAULT_BOUND, RebakeSession
 from bake.rebake.types import Partial, RebakeOutcome
 from bake.scene import load_scene
 from bake.settings import BakeSettings
-from bake.stages import StageClock
+from bake.stages import StageClock, drained
 from bake.types import BakeResult, Scene
 
 _T = TypeVar("_T")
@@ -123,7 +123,7 @@ class _Wholes:
             if known is scene and said == settings:
                 return found
         clock = StageClock()
-        result = _drained(bake(scene, settings, self._device, clock))
+        result = drained(bake(scene, settings, self._device, clock))
         self._known = [*self._known[-3:], (scene, settings, (result, clock.seconds))]
         return result, clock.seconds
 
@@ -150,11 +150,3 @@ def _followed(session: RebakeSession, scene: Scene, settings: BakeSettings) -> t
             return outcome, first
         if isinstance(step, Partial) and first != first:
             first = time.perf_counter() - begin
-
-
-def _drained(steps: Generator[Any, None, _T]) -> _T:
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value

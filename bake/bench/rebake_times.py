@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import tempfile
 import time
-from collections.abc import Generator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -18,7 +18,7 @@ from bake.pipeline import bake, settings_for
 from bake.rebake.session import RebakeSession
 from bake.rebake.types import Partial, RebakeOutcome
 from bake.scene import load_scene
-from bake.stages import StageClock
+from bake.stages import StageClock, drained
 from bake.types import Scene
 
 FIRST_SECONDS, FINAL_SECONDS, SPEED_UP, RAYS = 0.4, 3.0, 20.0, 3.0
@@ -42,12 +42,12 @@ def measure_rebake_times(path: Path | None, options: Mapping[str, Any]) -> Measu
         settings = settings_for(source, options)
         scene = load_scene(source, crease_angle=settings.crease_angle)
     device, clock = resolve(settings.device), StageClock()
-    result = _drained(bake(scene, settings, device, clock))
+    result = drained(bake(scene, settings, device, clock))
     whole = clock.seconds
     rows: list[dict[str, Any]] = []
     begin = time.perf_counter()
     with RebakeSession(result, scene, device) as session:
-        _drained(session.prepare())
+        drained(session.prepare())
         prepared = time.perf_counter() - begin
         for number in _props(scene):
             scene = _moved(scene, number)
@@ -117,11 +117,3 @@ def _moved(scene: Scene, number: int) -> Scene:
     transform[:3, 3] += (0.7, 0.1, -0.4)
     moved = dataclasses.replace(item, transform=transform)
     return dataclasses.replace(scene, objects=(*scene.objects[:number], moved, *scene.objects[number + 1 :]))
-
-
-def _drained(steps: Generator[Any, None, _T]) -> _T:
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from bake.bench.kept_regions import Traced, keep, kept, kept_file
-from bake.bench.lods import finished
 from bake.bench.table import Measurements
 from bake.decorators.fog import make_fog
 from bake.devices import resolve
@@ -21,7 +20,7 @@ from bake.regions.region_stage import bake_regions, find_regions, model_regions
 from bake.regions.upright import find_up
 from bake.scene import flatten, load_scene
 from bake.settings import BakeSettings
-from bake.stages import StageClock
+from bake.stages import StageClock, drained
 from bake.trace import create_tracer
 from bake.walk import STEP_BOUND, Variant, Walk, WalkMetrics, WalkOptions, lay_out, simulate, trace_truth
 from bake.walk.tour import tour
@@ -118,7 +117,7 @@ def _measure(path: Path, options: Mapping[str, Any], folder: Path | None) -> tup
         if file is not None:
             keep(file, traced)
     clock = StageClock()
-    regions = finished(model_regions(traced.graph, traced.points, settings, clock)).regions
+    regions = drained(model_regions(traced.graph, traced.points, settings, clock)).regions
     row = {"scene": path.stem, **_region_row(regions, traced, settings, clock)}
     how = WalkOptions()
     course = lay_out(regions, traced.path, speed=how.speed, frame_rate=how.frame_rate)
@@ -136,13 +135,13 @@ def _traced(path: Path, settings: BakeSettings) -> Traced | None:
     world = flatten(scene, settings)
     clock = StageClock()
     with create_tracer(world, settings, resolve(settings.device), fog=make_fog(world, settings)) as tracer:
-        space = finished(find_regions(scene, world, settings, tracer, clock))
-        outcome = finished(bake_regions(space, settings, tracer, clock))
+        space = drained(find_regions(scene, world, settings, tracer, clock))
+        outcome = drained(bake_regions(space, settings, tracer, clock))
         if space is None or outcome is None:
             return None
         regions = outcome.regions
         made = tour(regions, world, tracer.nearest, find_up(scene, world, settings))
-        truth = finished(
+        truth = drained(
             trace_truth(made.path, tracer, seed=settings.seed, back_face_threshold=settings.back_face_threshold)
         )
     seconds = {stage.name: stage.seconds for stage in clock.rows}

@@ -8,9 +8,10 @@ import numpy as np
 
 from bake.arrays import Float64Array
 from bake.bench.bystanders import only_near
-from bake.bench.cause_rounds import NEARBY, Round, Site, bake_round, make_round, put, scaled
+from bake.bench.cause_rounds import NEARBY, Round, Site, bake_round, make_round, put
 from bake.bench.defects_of_placement import stand, wide_shell
 from bake.bench.injection import Injection, Placed
+from bake.bench.scaled import scaled
 from bake.devices import resolve
 from bake.explain.cause_names import CauseKind
 from bake.explain.looks import look

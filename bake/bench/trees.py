@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from bake.arrays import Float32Array, Float64Array
-from bake.bench.lods import finished
 from bake.bench.table import Measurements
 from bake.bench.tree_figures import TreeFigure, traced_at_vertices
 from bake.decorator_types import TreeFits
@@ -27,7 +26,7 @@ from bake.samples import place_samples
 from bake.scene import flatten, load_scene
 from bake.settings import BakeSettings
 from bake.solve import map_to_vertices
-from bake.stages import StageClock
+from bake.stages import StageClock, drained
 from bake.trace import Tracer, create_tracer
 from bake.types import Scene, World
 
@@ -111,7 +110,7 @@ def _baked(
     scene: Scene, world: World, settings: BakeSettings, device: Device, tracer: Tracer, clock: StageClock
 ) -> BakedTrees | None:
     lent = StagesLent(flatten, place_samples, partial(create_tracer, device=device), map_to_vertices)
-    return finished(bake_trees(scene, world, settings, tracer, lent, clock))
+    return drained(bake_trees(scene, world, settings, tracer, lent, clock))
 
 
 def _chosen(fits: TreeFits) -> list[int]:

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from bake.bench.lods import finished
 from bake.bench.scaling_device import warm_up
 from bake.decorator_types import FogBoxes
 from bake.decorators.lods import FinestSearch, finest_levels, lod_world
@@ -26,7 +25,7 @@ from bake.samples import place_samples
 from bake.scene import flatten, load_scene, samplable_faces
 from bake.settings import BakeSettings
 from bake.solve import map_to_vertices
-from bake.stages import StageClock, peak_memory_mb
+from bake.stages import StageClock, drained, peak_memory_mb
 from bake.trace import Tracer
 from bake.types import Int64Array, Role, Scene, Tally, VertexField, World
 
@@ -80,15 +79,15 @@ def run_stages(scene_path: Path, options: Mapping[str, Any], share: float) -> di
     begin = time.perf_counter()
     samples = place_samples(world, settings)
     run.add("sample surface", begin, work=f"{len(samples):,} samples")
-    fog: FogBoxes | None = finished(fog_stage(world, settings, run.clock))
+    fog: FogBoxes | None = drained(fog_stage(world, settings, run.clock))
     run.take_clock()
-    tracer, seconds = finished(open_tracer(world, settings, device, fog))
+    tracer, seconds = drained(open_tracer(world, settings, device, fog))
     run.stages.append(Stage("build BVH", seconds, work=f"{int(world.face_casts.sum()):,} triangles"))
     with tracer:
-        space = finished(find_regions(scene, world, settings, tracer, run.clock))
+        space = drained(find_regions(scene, world, settings, tracer, run.clock))
         run.take_clock()
         rows = chosen(len(samples), share)
-        some: Tally = finished(trace(tracer, samples.only(rows), settings, run.clock))
+        some: Tally = drained(trace(tracer, samples.only(rows), settings, run.clock))
         run.take_clock(len(rows) / max(len(samples), 1))
         fill = filled_from(rows, len(samples))
         tally = Tally(some.ao[fill], some.rays[fill], some.hits[fill], some.back_faces[fill])
@@ -142,7 +141,7 @@ class _Run:
 
 
 def _trees(scene: Scene, world: World, settings: BakeSettings, device: Device, tracer: Tracer, run: _Run) -> None:
-    finished(bake_trees(scene, world, settings, tracer, lent_stages(device), run.clock))
+    drained(bake_trees(scene, world, settings, tracer, lent_stages(device), run.clock))
     run.take_clock()
 
 
@@ -152,7 +151,7 @@ def _regions(space: Any, settings: BakeSettings, tracer: Tracer, share: float, r
     wanted = np.zeros(len(space.valid), np.bool_)
     wanted[valid[rows]] = True
     begin = time.perf_counter()
-    points = finished(trace_points(space.graph, wanted, tracer, settings))
+    points = drained(trace_points(space.graph, wanted, tracer, settings))
     part = len(rows) / max(len(valid), 1)
     run.add("region probes", begin, len(rows) * settings.region_directions, part, f"{len(valid):,} points")
     fill = filled_from(rows, len(valid))
@@ -161,7 +160,7 @@ def _regions(space: Any, settings: BakeSettings, tracer: Tracer, share: float, r
     points = dataclasses.replace(
         points, state=state, traced=valid.astype(np.int32), sh=points.sh[fill], windowed=points.windowed[fill]
     )
-    finished(model_regions(space.graph, points, settings, run.clock))
+    drained(model_regions(space.graph, points, settings, run.clock))
     run.take_clock()
 
 
@@ -169,7 +168,7 @@ def _lods(world: World, solved: VertexField, settings: BakeSettings, device: Dev
     begin = time.perf_counter()
     surface = BakedSurface.of(world, solved)
     bare = dataclasses.replace(world, face_casts=surface.carries, object_roles=(Role.IGNORE,) * world.object_count)
-    tracer, _ = finished(open_tracer(bare, settings, device))
+    tracer, _ = drained(open_tracer(bare, settings, device))
     run.add("BVH of baked surface", begin, work=f"{int(surface.carries.sum()):,} triangles")
     own = settings.replaced(weld_instances=False)
     with tracer:
@@ -182,7 +181,7 @@ def _lods(world: World, solved: VertexField, settings: BakeSettings, device: Dev
         search = FinestSearch(world, surface, tracer, samples.only(rows), lods, finest)
         whole = time.perf_counter() - begin
         begin = time.perf_counter()
-        finished(search.run())
+        drained(search.run())
         part = len(rows) / max(len(samples), 1)
         seconds = whole + (time.perf_counter() - begin) / part
         run.stages.append(Stage("resample LODs", seconds, round(search.rays / part), part, f"{len(samples):,} samples"))

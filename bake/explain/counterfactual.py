@@ -76,12 +76,3 @@ def surface_without(
         seconds=time.perf_counter() - begin,
     )
     return found, scatter
-
-
-def drained(steps: Generator[Progress, None, _T]) -> _T:
-    """Runs work to its end and returns its value."""
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value

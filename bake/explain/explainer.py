@@ -12,7 +12,7 @@ import numpy as np
 
 from bake.errors import SettingsError
 from bake.explain.adjoint import Adjoint, Weights
-from bake.explain.counterfactual import drained, surface_without
+from bake.explain.counterfactual import surface_without
 from bake.explain.local_solve import LocalSolver
 from bake.explain.retrace import trace_again, tracer_like
 from bake.explain.shares import carried_from, roll_up
@@ -24,6 +24,7 @@ from bake.setting_fields import option_name
 from bake.settings import BakeSettings
 from bake.solve import VertexMapper
 from bake.solve.prior import SceneScatter
+from bake.stages import drained
 from bake.trace import Tracer
 from bake.types import BakeResult, BoolArray, Float64Array, Int64Array, Progress, VertexField
 

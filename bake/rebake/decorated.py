@@ -26,7 +26,6 @@ from bake.trace import Tracer
 from bake.types import BakeResult, Finding, Float32Array, Progress, Role
 
 TREE_FINDINGS = frozenset({"tree-volume-coarsened", "tree-volume-buried", "local-ao-refined"})
-SMALL_FINDINGS = frozenset({"no-surface-around", "far-from-finest-level"})
 SPACE_FINDINGS = frozenset(
     {
         "regions-leave-outskirts",

@@ -12,8 +12,6 @@ at 0 nothing is left to chance: whatever may be struck at all is looked at.
 
 from __future__ import annotations
 
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -22,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bake.geometry import OFFSET_ULPS
+from bake.in_parts import in_spans
 from bake.rebake.casters import Casters, Parts
 from bake.rebake.rows import RowMap
 from bake.settings import BakeSettings, Kernel
@@ -32,7 +31,6 @@ BLOCK = 512
 
 _CHUNK = 1 << 18
 _SPAN = 1 << 15
-_POOL = ThreadPoolExecutor(os.cpu_count() or 1, "reach")
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,10 +179,8 @@ def _side(
         rest = (whole <= near) & (one <= near_single)
         total += np.repeat(np.where(rest, whole, 0.0).astype(np.float32), sizes)
         np.maximum(single, np.repeat(np.where(rest, one, 0.0).astype(np.float32), sizes), out=single)
-        runs = _runs_of(np.flatnonzero(~rest), len(places))
         refine = partial(_refine, places, settings, centre.astype(np.float32), wide, (total, single))
-        for _ in _POOL.map(refine, runs):
-            pass
+        in_spans(refine, _runs_of(np.flatnonzero(~rest), len(places)))
     return total, single
 
 
@@ -194,9 +190,11 @@ def _refine(
     centre: Float32Array,
     wide: float,
     found: tuple[Float32Array, Float32Array],
-    run: slice,
+    begin: int,
+    end: int,
 ) -> None:
     """Adds what a sphere may do at a span of points."""
+    run = slice(begin, end)
     offset = places.points[run] - centre
     squared = np.einsum("ij,ij->i", offset, offset)
     bound, one = _bound(np.sqrt(squared), wide, settings)
@@ -207,7 +205,7 @@ def _refine(
     np.maximum(found[1][run], one, out=found[1][run])
 
 
-def _runs_of(blocks: Int64Array, count: int) -> list[slice]:
+def _runs_of(blocks: Int64Array, count: int) -> list[tuple[int, int]]:
     """Spans of points that hold some blocks, ascending, none longer than `_SPAN`."""
     if not len(blocks):
         return []
@@ -216,7 +214,7 @@ def _runs_of(blocks: Int64Array, count: int) -> list[slice]:
     begins = np.concatenate(([0], np.flatnonzero(apart) + 1))
     ends = np.concatenate((begins[1:], [len(blocks)])) - 1
     pairs = zip(blocks[begins].tolist(), blocks[ends].tolist(), strict=True)
-    return [slice(a * BLOCK, min((b + 1) * BLOCK, count)) for a, b in pairs]
+    return [(a * BLOCK, min((b + 1) * BLOCK, count)) for a, b in pairs]
 
 
 def _bound(distance: NDArray[Any], radius: float, settings: BakeSettings) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
 
-from bake.devices import worker_count
 from bake.geometry import as_traced
+from bake.in_parts import AT_ONCE, in_parts, in_spans
 from bake.low_discrepancy import hash_u32, owen_sobol
 from bake.settings import BakeSettings
 from bake.types import Float32Array, Float64Array, Int32Array, Int64Array, SampleSet, UInt32Array, World
 
 _POSITION_SALT = np.uint32(0x68E31DA4)
-
-AT_ONCE = 1 << 14
-"""Samples, or faces, that are worked on together. A sample takes a hundred passes over small arrays: where those
-outgrow the processor's cache, each pass goes to memory and the system hands out and takes back pages for it."""
 
 
 def place_samples(world: World, settings: BakeSettings) -> SampleSet:
@@ -42,7 +36,7 @@ def place_samples(world: World, settings: BakeSettings) -> SampleSet:
         share[here] = area / np.maximum(count[here], 1)
         seed[here] = _face_seeds(seeds[own], np.arange(begin, end) - world.first_face[own])
 
-    _in_parts(prepare, np.append(np.arange(0, faces, AT_ONCE), faces))
+    in_parts(prepare, faces)
     ends = np.cumsum(count)
     total = int(count.sum())
     face, index, area = np.empty(total, np.int32), np.empty(total, np.int32), np.empty(total, np.float32)
@@ -57,15 +51,9 @@ def place_samples(world: World, settings: BakeSettings) -> SampleSet:
         barycentric[here] = _barycentrics(index[here], np.repeat(seed[begin:end], own))
 
     # the faces on which every so manyth sample lies
-    _in_parts(place, np.append(np.unique(np.searchsorted(ends, np.arange(0, total, AT_ONCE), "right")), faces))
+    bounds = np.append(np.unique(np.searchsorted(ends, np.arange(0, total, AT_ONCE), "right")), faces)
+    in_spans(place, pairwise(bounds.tolist()))
     return SampleSet(face=face, barycentric=barycentric, area=area, index=index, face_seed=seed)
-
-
-def _in_parts(work: Callable[[int, int], None], bounds: Int64Array) -> None:
-    """Calls `work` from each bound to the next, on all processors: NumPy lets go of the interpreter meanwhile."""
-    with ThreadPoolExecutor(worker_count(), "samples") as pool:
-        for done in [pool.submit(work, *pair) for pair in pairwise(bounds.tolist())]:
-            done.result()
 
 
 def _areas(points: Float32Array, faces: Int32Array) -> Float64Array:

@@ -13,7 +13,7 @@ import numpy as np
 from bake.errors import SolveError
 from bake.settings import BakeSettings
 from bake.solve.average import OPEN, fill_by_rings, nearest_among
-from bake.solve.mass import FaceMoments, sum_moments
+from bake.solve.mass import FaceMoments, square_error, sum_moments
 from bake.solve.scatter import scatter_add
 from bake.solve.surface import by_component
 from bake.solve.weld import weld_vertices
@@ -156,10 +156,4 @@ def sample_rmse(corners: Int64Array, values: Float64Array, moments: FaceMoments)
     total = float(moments.mass.sum())
     if total <= 0.0:
         return (0.0,) * values.shape[1]
-    errors: list[float] = []
-    for k in range(values.shape[1]):
-        x = values[:, k][corners]
-        square = (moments.square * x * x + 2.0 * moments.mixed * x * np.roll(x, -1, axis=1)).sum()
-        error = square - 2.0 * (moments.value[:, :, k] * x).sum() + moments.value_square[:, k].sum()
-        errors.append(float(np.sqrt(max(error, 0.0) / total)))
-    return tuple(errors)
+    return tuple(np.sqrt(np.maximum(square_error(corners, values, moments), 0.0) / total).tolist())

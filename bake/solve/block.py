@@ -229,16 +229,6 @@ def moved(bake: Bake, objects: Int64Array, surface: Surface) -> Surface:
     return replace(surface, position=position)
 
 
-def square_error(corners: Int64Array, values: Float64Array, moments: FaceMoments) -> Float64Array:
-    """Σ dA (interpolated value - sample)² over some faces, shape (k,), m², from their sums."""
-    errors = np.zeros(values.shape[1])
-    for k in range(values.shape[1]):
-        x = values[:, k][corners]
-        square = (moments.square * x * x + 2.0 * moments.mixed * x * x[:, [1, 2, 0]]).sum()
-        errors[k] = square - 2.0 * (moments.value[:, :, k] * x).sum() + moments.value_square[:, k].sum()
-    return errors
-
-
 def begun(draft: Draft, scene: SceneScatter) -> Block:
     """A block with its equations, its values still the average."""
     surface, own_alpha = draft.surface, draft.own_alpha

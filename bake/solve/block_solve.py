@@ -18,10 +18,10 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from bake.settings import BakeSettings, MappingKind
-from bake.solve.block import Block, entries_of, square_error
+from bake.solve.block import Block, entries_of
 from bake.solve.conjugate_gradient import HELD, BoxSolution, BoxSolver
 from bake.solve.direct import finished
-from bake.solve.mass import FaceMoments
+from bake.solve.mass import FaceMoments, square_error
 from bake.solve.starved import rows_of, settle_starved
 from bake.solve.system import Equations
 from bake.types import BoolArray, Float64Array, Int64Array

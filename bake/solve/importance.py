@@ -66,8 +66,3 @@ class SampleImportance:
         parts = weighted / np.maximum(mass, 1e-100)
         own[self._rows] = (parts**2 * self._share[corner]).sum(axis=1)
         return own
-
-
-def sample_importance(world: World, samples: SampleSet, settings: BakeSettings) -> Float64Array:
-    """The importance of each sample if all are valid, shape (n,), float64; see `SampleImportance`."""
-    return SampleImportance(world, samples, settings).of()

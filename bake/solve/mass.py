@@ -140,3 +140,13 @@ def right_hand_side(surface: Surface, moments: FaceMoments) -> Float64Array:
     """b, shape (u, k)."""
     columns = moments.value.shape[2]
     return np.stack([at_corners(surface, moments.value[:, :, k]) for k in range(columns)], axis=1)
+
+
+def square_error(corners: Int64Array, values: Float64Array, moments: FaceMoments) -> Float64Array:
+    """Σ dA (interpolated value - sample)² over some faces, shape (k,), m², from their sums."""
+    errors = np.zeros(values.shape[1])
+    for k in range(values.shape[1]):
+        x = values[:, k][corners]
+        square = (moments.square * x * x + 2.0 * moments.mixed * x * x[:, [1, 2, 0]]).sum()
+        errors[k] = square - 2.0 * (moments.value[:, :, k] * x).sum() + moments.value_square[:, k].sum()
+    return errors

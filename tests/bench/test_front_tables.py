@@ -30,12 +30,15 @@ def test_leads_are_taken_at_every_effort() -> None:
             (f"{CYCLES} 4.5", "256 rays", 70.0, 0.0705),
         )
     )
-    few, more, most, by_area, _ = found[1].rows
+    few, more, most, at, by_area, _ = found[1].rows
     assert [row["RMSE"] for row in (few, more, most)] == [0.08, 0.071, 0.0705]
     assert [row["lead"] for row in (few, more, most)] == pytest.approx([14.0, 20.0, 70.0])
     assert "passed" not in few
     assert "passed" not in more
     assert most["passed"]
+    assert at["RMSE"] == 0.072
+    assert at["lead"] == pytest.approx(20.0)
+    assert not at["passed"]
     assert by_area["passed"]
     assert found[0].seeds == {"bakes": 1, "reference": 2}
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bake.bench.lods import compare_lods, finished
+from bake.bench.lods import compare_lods
 from bake.bench.synthetic import write_ply
 from bake.decorators.lods import LodBake, bake_lods, finest_levels, lod_world
 from bake.decorators.resample import BakedSurface
@@ -21,7 +21,7 @@ from bake.samples import place_samples
 from bake.scene import load_scene, samplable_faces
 from bake.settings import BakeSettings
 from bake.solve import map_to_vertices
-from bake.stages import StageClock
+from bake.stages import StageClock, drained
 from bake.trace import create_tracer
 from bake.types import BakeResult, ObjectKeys, Role, Scene, SolveReport, VertexField, VertexState, World
 from tests.worlds import box, icosphere, make_world, quad
@@ -55,7 +55,7 @@ def resampled(world: World, field: VertexField, options: BakeSettings = SETTINGS
     """The lower levels of a world, by the real sampler, mapper and tracer."""
     surface = BakedSurface.of(world, field)
     with create_tracer(dataclasses.replace(world, face_casts=surface.carries), options, CPU) as caster:
-        return finished(
+        return drained(
             bake_lods(
                 world, surface, field, options, caster,
                 sampler=place_samples, mapper=map_to_vertices, samplable=samplable_faces,
@@ -182,7 +182,7 @@ def test_resampling_the_surface_beats_the_vertices(tmp_path: Any) -> None:
     fine, coarse = bumpy()
     write_ply(tmp_path / "fine.ply", fine)
     options = BakeSettings(device="cpu", distances=(0.5,), rays=64)
-    result: BakeResult = finished(
+    result: BakeResult = drained(
         bake(two_levels(load_scene(tmp_path / "fine.ply"), coarse), options, CPU, StageClock())
     )
     (row,) = compare_lods(result, options, CPU)

@@ -8,11 +8,16 @@ import numpy as np
 
 from viewer.camera import Camera
 from viewer.picture import picture_matrix
-from viewer.seen_faces import inside_polygon, seen_faces
+from viewer.seen_faces import FacesInPicture, inside_polygon
 
 CAMERA = Camera(focal=(0.0, 0.0, 0.0), azimuth=math.pi / 2.0, elevation=0.0, distance=10.0)
 MATRIX = np.array(picture_matrix(CAMERA, 1.0)).reshape(4, 4)
 ALL = np.array([(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)])
+
+
+def seen_faces(positions, faces, drawn, matrix, outline, *, front_only):  # type: ignore[no-untyped-def]
+    """Triangles of a picture that are seen inside one outline."""
+    return FacesInPicture(positions, faces, drawn, matrix, front_only=front_only).inside(outline)
 
 
 def _sheet(cells: int, z: float, *, half: float = 3.0, back: bool = False) -> tuple[np.ndarray, np.ndarray]:
