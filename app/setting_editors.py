@@ -118,7 +118,7 @@ class FloatEditor(SettingEditor):
             self._present.toggled.connect(self._edit.setEnabled)
             self._present.toggled.connect(self.changed)
             self._edit.setEnabled(False)
-            self._edit.set_value(item.metadata["low"] or 100.0)
+            self._edit.set_value(item.metadata["suggested"])
             self.row.addWidget(self._present)
         self.row.addWidget(self._edit, 1)
 

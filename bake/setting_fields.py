@@ -18,13 +18,15 @@ def setting(
     low: float | None = None,
     high: float | None = None,
     above: float | None = None,
+    suggested: float | None = None,
     advanced: bool = False,
     affects: str = "trace",
 ) -> Any:
     """A field with what validation and the generated forms need.
 
-    `low` and `high` are inclusive bounds, `above` an exclusive one. `affects` names the earliest stage that must run
-    again when the value changes: "trace", "solve", "regions" (their models are fitted again) or "nothing".
+    `low` and `high` are inclusive bounds, `above` an exclusive one. `suggested` is where a form starts when an optional
+    number is switched on. `affects` names the earliest stage that must run again when the value changes: "trace",
+    "solve", "regions" (their models are fitted again) or "nothing".
     """
     return dataclasses.field(
         default=default,
@@ -35,6 +37,7 @@ def setting(
             "low": low,
             "high": high,
             "above": above,
+            "suggested": suggested,
             "advanced": advanced,
             "affects": affects,
         },

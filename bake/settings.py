@@ -79,6 +79,7 @@ class BakeSettings:
         "Noise of vertex values at which rays end: a sample sends 8 to --rays, a power of two; without it, all of them",
         above=0.0,
         high=1.0,
+        suggested=0.008,
     )
     samples_per_face: tuple[int, int] = setting(
         (4, 16), "Samples per face", "Fewest and most surface samples on a face", low=1, high=4096
@@ -109,6 +110,7 @@ class BakeSettings:
         unit="m",
         above=0.0,
         high=1e9,
+        suggested=100.0,
     )
     tail: float = setting(
         1 / 1024, "Tail bound", "Most AO that cutting the kernel's tail may change", above=0.0, high=0.1, advanced=True
@@ -162,6 +164,7 @@ class BakeSettings:
         unit="m",
         above=0.0,
         high=1e6,
+        suggested=2.0,
         advanced=True,
     )
     volume_spacing: float = setting(

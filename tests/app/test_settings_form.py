@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from PyQt6.QtWidgets import QComboBox, QLineEdit
+from PyQt6.QtWidgets import QCheckBox, QComboBox, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.command import bake_command
@@ -160,3 +160,14 @@ def test_contradictions_are_explained(form: SettingsForm) -> None:
     assert error.where == "--kernel"
     form.editor("max_distance").set_value(5.0)
     assert form.validate() is None
+
+
+@pytest.mark.parametrize("name", ["adaptive_error", "max_distance", "decorator_radius"])
+def test_optional_numbers_start_at_usable_values(form: SettingsForm, name: str) -> None:
+    """Switching an optional number on gives settings that a bake takes, without typing anything."""
+    assert getattr(form.settings(), name) is None
+    switch = form.editor(name).findChild(QCheckBox)
+    assert switch is not None
+    switch.setChecked(True)
+    item = next(item for item in dataclasses.fields(BakeSettings) if item.name == name)
+    assert getattr(form.settings(), name) == item.metadata["suggested"]
