@@ -11,6 +11,7 @@ from typing import Any
 import warp as wp
 
 from bake import geometry
+from bake.kernels.leaf_walk import leaf_walk
 
 wp.set_module_options({"enable_backward": False, "fast_math": False})
 
@@ -126,57 +127,7 @@ def _fog_depth(
 ) -> wp.float32: ...
 
 
-# As the closest-hit walk over Warp's BVH, but every triangle counts and none ends the ray.
-_TREES = """
-    using namespace wp;
-    const Mesh& mesh = *(const Mesh*)trees;
-    const float tiny = 1e-20f;
-    const float rx = 1.0f / (wp::abs(d[0]) < tiny ? tiny : d[0]);
-    const float ry = 1.0f / (wp::abs(d[1]) < tiny ? tiny : d[1]);
-    const float rz = 1.0f / (wp::abs(d[2]) < tiny ? tiny : d[2]);
-    const float ox = o[0], oy = o[1], oz = o[2];
-    float depth = 0.0f;
-    int stack[64];
-    int size = 0;
-    stack[size++] = *mesh.bvh.root;
-    while (size > 0) {
-        const int node = stack[--size];
-        const BVHPackedNodeHalf lo = bvh_load_node(mesh.bvh.node_lowers, node);
-        const BVHPackedNodeHalf hi = bvh_load_node(mesh.bvh.node_uppers, node);
-        const float x0 = (lo.x - ox) * rx, x1 = (hi.x - ox) * rx;
-        const float y0 = (lo.y - oy) * ry, y1 = (hi.y - oy) * ry;
-        const float z0 = (lo.z - oz) * rz, z1 = (hi.z - oz) * rz;
-        const float near_t = wp::max(wp::max(wp::min(x0, x1), wp::min(y0, y1)), wp::max(wp::min(z0, z1), 0.0f));
-        const float far_t = wp::min(wp::min(wp::max(x0, x1), wp::max(y0, y1)), wp::min(wp::max(z0, z1), t_max));
-        if (near_t * 0.9999996f > far_t * 1.0000004f + 1e-30f) continue;
-        if (!lo.b) {
-            stack[size++] = lo.i;
-            stack[size++] = hi.i;
-            continue;
-        }
-        for (int k = lo.i; k < hi.i; ++k) {
-            const int face = mesh.bvh.primitive_indices[k];
-            const int i = mesh.indices[3 * face], j = mesh.indices[3 * face + 1], l = mesh.indices[3 * face + 2];
-            float t, u, v, sign;
-            if (!intersect_ray_tri_woop(o, d, mesh.points[i], mesh.points[j], mesh.points[l], t, u, v, sign, (vec3*)0)
-                || t < 0.0f || t > t_max) continue;
-            float crossing = tree_depth.data[first + face];
-            if (tree_texture.shape[0] > 0 && tree_texture.data[first + face] >= 0) {
-                const int texture = tree_texture.data[first + face];
-                const vec2 at = u * uvs.data[i] + v * uvs.data[j] + (1.0f - u - v) * uvs.data[l];
-                const int width = texture_width.data[texture], height = texture_height.data[texture];
-                const int x = wp::min((int)((at[0] - wp::floor(at[0])) * width), width - 1);
-                const int y = wp::min((int)((at[1] - wp::floor(at[1])) * height), height - 1);
-                const float open = texels.data[texture_first.data[texture] + (int64)y * width + x];
-                const float passes = open + (1.0f - open) * tree_transmission.data[first + face];
-                crossing = passes > 0.0f ? -wp::log(passes) : limit;
-            }
-            depth += crossing;
-        }
-        if (depth >= limit) return limit;
-    }
-    return depth;
-"""
+_TREES = leaf_walk("float depth = 0.0f;", "depth += crossing();", "if (depth >= limit) return limit;", value="depth")
 
 
 @wp.func_native(_TREES)
@@ -198,6 +149,35 @@ def crossed_depth(
 ) -> wp.float32: ...
 
 
+@wp.func
+def _leaves_depth(
+    veil: Veil,
+    surface: Any,
+    mesh: wp.uint64,
+    first: wp.int32,
+    uvs: wp.array(dtype=wp.vec2),
+    origin: wp.vec3,
+    direction: wp.vec3,
+    distance: wp.float32,
+):
+    return crossed_depth(
+        mesh,
+        first,
+        veil.tree_depth,
+        veil.tree_transmission,
+        veil.tree_texture,
+        uvs,
+        surface.texture_first,
+        surface.texture_width,
+        surface.texture_height,
+        surface.texels,
+        origin,
+        direction,
+        distance,
+        MAX_DEPTH,
+    )
+
+
 def dimmer(fog: bool, trees: bool) -> Any:
     """The device function that says what share of light passes along a ray up to a distance, by fog, trees or both."""
 
@@ -209,39 +189,10 @@ def dimmer(fog: bool, trees: bool) -> Any:
                 depth += _fog_depth(veil.bounds, veil.node, veil.density, origin, direction, distance, MAX_DEPTH)
         if trees:
             if depth < MAX_DEPTH and veil.trees != wp.uint64(0):
-                depth += crossed_depth(
-                    veil.trees,
-                    0,
-                    veil.tree_depth,
-                    veil.tree_transmission,
-                    veil.tree_texture,
-                    veil.tree_uvs,
-                    surface.texture_first,
-                    surface.texture_width,
-                    surface.texture_height,
-                    surface.texels,
-                    origin,
-                    direction,
-                    distance,
-                    MAX_DEPTH,
-                )
+                depth += _leaves_depth(veil, surface, veil.trees, 0, veil.tree_uvs, origin, direction, distance)
             if depth < MAX_DEPTH and veil.added != wp.uint64(0):
-                depth += crossed_depth(
-                    veil.added,
-                    veil.first_added,
-                    veil.tree_depth,
-                    veil.tree_transmission,
-                    veil.tree_texture,
-                    surface.uvs,
-                    surface.texture_first,
-                    surface.texture_width,
-                    surface.texture_height,
-                    surface.texels,
-                    origin,
-                    direction,
-                    distance,
-                    MAX_DEPTH,
-                )
+                added, first = veil.added, veil.first_added
+                depth += _leaves_depth(veil, surface, added, first, surface.uvs, origin, direction, distance)
         return wp.exp(-wp.min(depth, MAX_DEPTH))
 
     return dimmed
