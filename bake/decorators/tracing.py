@@ -5,31 +5,8 @@ from __future__ import annotations
 from types import TracebackType
 from typing import Protocol, Self
 
-from bake.types import Float32Array, SampleSet, Tally, UInt16Array, UInt32Array
-
-
-class SphereCounts(Protocol):
-    """What the rays around some points found; `bake.trace.SphereTally` fits.
-
-    Attributes:
-        sh: Shape (n, 9, k), float32: (4π/N) Σ ρ Y over N directions.
-        hits, back_faces: Shape (n,), uint16, as in `Tally`.
-    """
-
-    @property
-    def sh(self) -> Float32Array: ...  # noqa: D102
-    @property
-    def hits(self) -> UInt16Array: ...  # noqa: D102
-    @property
-    def back_faces(self) -> UInt16Array: ...  # noqa: D102
-
-
-class SphereTracer(Protocol):
-    """Sends rays in all directions from points."""
-
-    def gather_sphere(self, points: Float32Array, seeds: UInt32Array, directions: int) -> SphereCounts:
-        """Points, shape (n, 3), are relative to `World.origin`; each seed, shape (n,), scrambles its directions."""
-        ...
+from bake.sphere_rays import SphereTracer
+from bake.types import SampleSet, Tally
 
 
 class SurfaceTracer(Protocol):

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from bake.arrays import BoolArray, Float32Array, Float64Array, Int64Array, UInt32Array
 from bake.decorator_types import TreeVolume
 from bake.decorators.harmonics import ambient_obscurance
-from bake.decorators.tracing import SphereTracer
 from bake.decorators.volume_fill import fill_invalid
 from bake.decorators.volume_grid import VoxelGrid, cell_of, corners_of
 from bake.low_discrepancy import hash_u32
+from bake.sphere_rays import SphereTracer
 
 _RAYS_A_BATCH = 1 << 21
 _POINTS_A_PART = 1 << 16

@@ -6,45 +6,17 @@ import dataclasses
 import hashlib
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
-from bake.arrays import BoolArray, Float32Array, UInt8Array, UInt16Array, UInt32Array
+from bake.arrays import BoolArray, Float32Array, UInt8Array, UInt32Array
 from bake.low_discrepancy import hash_u32
 from bake.region_types import GRID, PointState, RegionGraph, RegionPoints
 from bake.regions.convolution import convolve
 from bake.regions.grid import grid_positions
 from bake.regions.windowing import window
 from bake.settings import BakeSettings
-
-
-class SphereCounts(Protocol):
-    """What the rays around some points found, as a tracer gives it.
-
-    Attributes:
-        sh: Shape (n, 9, k), float32: harmonics of the open share over the sphere, not convolved.
-        hits, back_faces: Shape (n,), uint16, as in `Tally`.
-    """
-
-    @property
-    def sh(self) -> Float32Array: ...  # noqa: D102
-    @property
-    def hits(self) -> UInt16Array: ...  # noqa: D102
-    @property
-    def back_faces(self) -> UInt16Array: ...  # noqa: D102
-
-
-class SphereTracer(Protocol):
-    """Sends rays in all directions from points; lent by the pipeline, for stages do not import each other."""
-
-    def gather_sphere(self, points: Float32Array, seeds: UInt32Array, directions: int) -> SphereCounts:
-        """Points, shape (n, 3), are relative to `World.origin`; each seed, shape (n,), scrambles its directions."""
-        ...
-
-    def points_at_once(self, directions: int) -> int:
-        """Points that a call handles well."""
-        ...
+from bake.sphere_rays import SphereTracer
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,10 +15,11 @@ from bake.region_types import CentreKind, PointState, RegionGraph, RegionPoints,
 from bake.regions.graph import make_graph
 from bake.regions.model_findings import KINDS, model_findings
 from bake.regions.models import FittedRegions, fit_and_absorb, mean_error, regularised_regions
-from bake.regions.probes import KnownPoints, SphereTracer, trace_points
+from bake.regions.probes import KnownPoints, trace_points
 from bake.regions.rays import NearestHits
 from bake.regions.space import RegionSpace
 from bake.settings import BakeSettings
+from bake.sphere_rays import SphereTracer
 from bake.stages import StageClock, patiently
 from bake.types import BakeResult, Finding, Progress, Scene, World
 

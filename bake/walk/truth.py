@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from typing import Protocol
 
 import numpy as np
 
 from bake.regions.convolution import convolve
 from bake.regions.evaluate import AXIS_NORMALS
+from bake.sphere_rays import SphereTracer
 from bake.spherical_harmonics import evaluate
-from bake.types import Float32Array, Float64Array, Int32Array, Progress, UInt32Array
+from bake.types import Float32Array, Float64Array, Int32Array, Progress
 from bake.walk.frames import Frames
 from bake.walk.path import places
 from bake.walk.types import PathTruth, WalkPath
@@ -20,31 +20,6 @@ DIRECTIONS = 1024
 SPACING = 0.1
 MOST_PLACES = 20_000
 _CHECKS = 128
-
-
-class SphereCounts(Protocol):
-    """What a tracer tells about points in space."""
-
-    @property
-    def sh(self) -> Float32Array:
-        """Shape (n, 9, k)."""
-        ...
-
-    def valid(self, threshold: float) -> np.ndarray:
-        """Which points do not see too many back faces, shape (n,)."""
-        ...
-
-
-class SphereTracer(Protocol):
-    """The part of a tracer that the truth needs."""
-
-    def gather_sphere(self, points: Float32Array, seeds: UInt32Array, directions: int) -> SphereCounts:
-        """See `bake.trace.Tracer.gather_sphere`."""
-        ...
-
-    def points_at_once(self, directions: int) -> int:
-        """See `bake.trace.Tracer.points_at_once`."""
-        ...
 
 
 def trace_truth(

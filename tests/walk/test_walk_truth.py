@@ -3,29 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+from bake.sphere_rays import SphereTracer
+from bake.trace.base import SphereTally
 from bake.types import Progress
 from bake.walk import PathTruth, WalkPath, path_in_pieces, path_through, trace_truth
 from bake.walk.frames import frames_along
-from bake.walk.truth import SphereTracer, truth_along
+from bake.walk.truth import truth_along
 
 UP = np.array([[0.282094791773878] + [0.0] * 8])
-
-
-@dataclass
-class Counts:
-    """What rays from points found."""
-
-    sh: np.ndarray
-    inside: np.ndarray
-
-    def valid(self, threshold: float) -> np.ndarray:
-        """Points that are not inside."""
-        return ~self.inside
 
 
 class Formula:
@@ -34,13 +23,14 @@ class Formula:
     def __init__(self) -> None:
         self.points = 0
 
-    def gather_sphere(self, points: np.ndarray, seeds: np.ndarray, directions: int) -> Counts:
+    def gather_sphere(self, points: np.ndarray, seeds: np.ndarray, directions: int) -> SphereTally:
         """Openness without direction."""
         assert len(np.unique(seeds)) == 1, "all places share their directions"
         self.points += len(points)
         sh = np.zeros((len(points), 9, 2))
         sh[:, 0] = math.sqrt(4.0 * math.pi) * (0.5 + 0.3 * np.sin(points[:, :1]))
-        return Counts(sh.astype(np.float32), points[:, 0] > 8.0)
+        hits = np.full(len(points), directions, np.uint16)
+        return SphereTally(sh.astype(np.float32), directions, hits, hits * (points[:, 0] > 8.0))
 
     def points_at_once(self, directions: int) -> int:
         """A small batch."""
