@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app.commands.accuracy_tables import AccuracyRequest, accuracy_tables
 from app.commands.console import note, say, say_json
 from app.commands.settings_options import add_settings_options, explicit_options
 from app.commands.speed_tables import add_speed_arguments, speed_tables
@@ -28,8 +28,9 @@ USAGE = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's arguments."""
     parser.add_argument("subject", choices=list(_SUBJECTS), help="accuracy: run time against surface error, ours at "
-                        "many settings and other bakers; adaptive: what adaptive rays save at equal "
-                        "error; alpha: the smoothing that the samples ask for themselves against the best; "
+                        "many settings and other bakers, and the error of ways to choose directions; "
+                        "adaptive: what adaptive rays save at equal error; "
+                        "alpha: the smoothing that the samples ask for themselves against the best; "
                         "mapping: surface error of the mappings; speed: "
                         "seconds and memory by stage and scale, overhead beyond the rays, the solver at size, "
                         "starts, and on CUDA the choice of BVH; workloads: two published bakes in size, stage by "
@@ -113,24 +114,17 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _accuracy(arguments: argparse.Namespace) -> Iterable[Measurements]:
-    from app.commands.front_plot import plot_front
-    from bake.bench.front import FrontRow, measure_fronts
-    from bake.bench.front_tables import tables
-
-    def tell(row: FrontRow) -> None:
-        note(f"{row.scene}: {row.baker}, {row.effort}: {row.seconds:.3g} s, RMSE {row.rmse:.4f}")
-
-    scenes, options = _scenes(arguments) if arguments.paths else [], explicit_options(arguments)
-    if arguments.plots is not None:
-        arguments.plots.mkdir(parents=True, exist_ok=True)  # before minutes of measuring
-    for front in measure_fronts(scenes, options, peers=arguments.peers, scale=arguments.scale, tell=tell):
-        rows, leads = tables(front)
-        if arguments.plots is not None:
-            picture = arguments.plots / f"front-{front.scene.replace(' ', '-')}.png"
-            plot_front(picture, front)
-            if arguments.into is not None and arguments.into.parent.resolve() == arguments.plots.resolve():
-                rows = replace(rows, notes=[*rows.notes, f"![RMSE over seconds, {front.scene}]({picture.name})"])
-        yield from (rows, leads)
+    return accuracy_tables(
+        AccuracyRequest(
+            scenes=_scenes(arguments) if arguments.paths else [],
+            options=explicit_options(arguments),
+            tables=arguments.tables,
+            peers=arguments.peers,
+            scale=arguments.scale,
+            plots=arguments.plots,
+            page=arguments.into,
+        )
+    )
 
 
 def _adaptive(arguments: argparse.Namespace) -> list[Measurements]:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.commands.accuracy_tables import TABLES as ACCURACY
 from bake.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,7 +26,10 @@ def add_speed_arguments(parser: argparse.ArgumentParser) -> None:
         "--largest", type=int, default=1_000_000, metavar="N", help="triangles of the largest field (speed only)"
     )
     parser.add_argument(
-        "--tables", default="", metavar="NAME,…", help=f"some of {', '.join(TABLES)} alone (speed only)"
+        "--tables",
+        default="",
+        metavar="NAME,…",
+        help=f"some of {', '.join(TABLES)} alone (speed), or of {', '.join(ACCURACY)} (accuracy)",
     )
     parser.add_argument(
         "--share",
