@@ -23,9 +23,10 @@ def in_parts(work: Callable[[int, int], None], rows: int, at_once: int = AT_ONCE
     Args:
         work: Must not depend on what it does to other parts; what it raises is raised here.
         rows: How many there are; where they are one part, no thread is started.
-        at_once: Rows of a part.
+        at_once: The most rows of a part; parts are equally large.
     """
-    in_spans(work, [(begin, min(begin + at_once, rows)) for begin in range(0, rows, at_once)] or [(0, 0)])
+    parts = max(1, -(-rows // at_once))
+    in_spans(work, [(rows * part // parts, rows * (part + 1) // parts) for part in range(parts)])
 
 
 def in_spans(work: Callable[[int, int], None], spans: Iterable[tuple[int, int]]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bake.scene.surface import referenced_vertices
+from bake.scene.extent import box_of, used_positions
 from bake.types import Float64Array, Int32Array, Scene
 
 DIRECTIONS = 64
@@ -82,7 +82,6 @@ def _covered_share(corners: Float64Array, directions: Float64Array) -> float:
 
 def box_corners(positions: Float64Array, faces: Int32Array) -> Float64Array:
     """The eight corners of the box around the vertices in use, shape (8, 3)."""
-    used: Float64Array = positions[referenced_vertices(faces, len(positions))]
-    low, high = used.min(axis=0), used.max(axis=0)
+    low, high = box_of(used_positions(positions, faces))
     choice = np.array([[(corner >> axis) & 1 for axis in range(3)] for corner in range(8)])
     return low + choice * (high - low)

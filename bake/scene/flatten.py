@@ -9,6 +9,7 @@ import numpy as np
 
 from bake.errors import SceneError
 from bake.scene.content_hash import ContentHasher
+from bake.scene.extent import box_of, through_matrix
 from bake.scene.ground import with_ground
 from bake.scene.normals import unit_vectors
 from bake.scene.shared_mesh import MeshSharer, SharedMesh
@@ -72,7 +73,7 @@ def _flatten(scene: Scene, settings: BakeSettings, origin: Float64Array | None) 
         mesh, vertices, own = shared[item.mesh], placed.vertices(number), placed.faces(number)
         matrix, mirrored = _normal_matrix(item.transform)
         sides = mesh.orientation(item.keys)
-        normals[vertices] = unit_vectors(sides.normals.astype(np.float64) @ matrix.T)
+        normals[vertices] = unit_vectors(sides.normals, matrix)
         faces[own] = (sides.faces[:, ::-1] if mirrored else sides.faces) + np.int32(vertices.start)
         needless[own] = sides.needless
         two_sided[own] = mesh.face_two_sided(item.keys)
@@ -157,11 +158,11 @@ def _place(objects: Sequence[SceneObject], shared: dict[int, SharedMesh], given:
     for number, item in enumerate(objects):
         mesh = shared[item.mesh]
         own = positions[first_vertex[number] : first_vertex[number + 1]]
-        np.matmul(mesh.mesh.positions, item.transform[:3, :3].T, out=own)
+        through_matrix(mesh.mesh.positions, item.transform[:3, :3], own)
         used = own
         if len(mesh.used_positions) != len(mesh.mesh.positions):
             used = mesh.used_positions @ item.transform[:3, :3].T
-        low[number], high[number] = used.min(axis=0), used.max(axis=0)
+        low[number], high[number] = box_of(used)
     moved = np.array([item.transform[:3, 3] for item in objects])
     counts = np.array([item.role is not Role.IGNORE for item in objects])
     counts |= not counts.any()

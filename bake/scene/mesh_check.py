@@ -8,6 +8,7 @@ import numpy as np
 
 from bake.in_parts import meanwhile
 from bake.scene.coincident import find_coincident
+from bake.scene.extent import box_of
 from bake.scene.normals import known_opposing_normals
 from bake.scene.surface import lacking_surface, referenced_vertices
 from bake.scene.weld import known_places
@@ -43,8 +44,8 @@ def check_mesh(mesh: Mesh) -> MeshCheck:
     """Looks a mesh over, in object space."""
     opposing = meanwhile(lambda: known_opposing_normals(mesh.positions, mesh.normals, mesh.faces), len(mesh.faces))
     used = referenced_vertices(mesh.faces, len(mesh.positions))
-    extent = np.ptp(mesh.positions[used], axis=0) if used.any() else np.zeros(3)
-    points, slivers = lacking_surface(mesh.positions, mesh.faces, np.array([np.linalg.norm(extent)], np.float64))
+    low, high = box_of(mesh.positions if used.all() else mesh.positions[used]) if used.any() else (np.zeros(3),) * 2
+    points, slivers = lacking_surface(mesh.positions, mesh.faces, np.array([np.linalg.norm(high - low)], np.float64))
     welded = known_places(mesh.positions)[mesh.faces]
     coincident = find_coincident(mesh.positions, mesh.faces)
     inconsistent, non_manifold = _count_edges(welded, coincident.repeated | points)

@@ -166,18 +166,28 @@ def _ends(
     joined[:, begin:end] = one, next_one, np.where(forward, other, next_other), np.where(forward, next_other, other)
 
 
-def unit_vectors(vectors: Float64Array) -> Float32Array:
-    """`vectors`, shape (n, 3), scaled to unit length as float32; zero where they have no length or are not finite."""
+def unit_vectors(vectors: Float64Array | Float32Array, matrix: Float64Array | None = None) -> Float32Array:
+    """Vectors, shape (n, 3), scaled to unit length as float32; zero where they have no length or are not finite.
+
+    Args:
+        vectors: In float32 or float64.
+        matrix: Shape (3, 3), float64: they are multiplied by it first.
+    """
     unit = np.empty(vectors.shape, np.float32)
 
     def part(begin: int, end: int) -> None:
-        own = vectors[begin:end]
-        x, y, z = np.abs(own).T
-        largest = np.maximum(np.maximum(x, y), z)[:, None]
+        own = vectors[begin:end].astype(np.float64, copy=False)
+        x, y, z = columns(own if matrix is None else own @ matrix.T)
+        largest = np.maximum(np.maximum(np.abs(x), np.abs(y)), np.abs(z))
         usable = np.isfinite(largest) & (largest > 0.0)
-        scaled = np.divide(own, largest, out=np.zeros(own.shape), where=usable)
-        lengths = np.linalg.norm(scaled, axis=1, keepdims=True)
-        unit[begin:end] = np.divide(scaled, lengths, out=scaled, where=lengths > 0.0)
+        if not usable.all():
+            x, y, z = (np.where(usable, axis, 0.0) for axis in (x, y, z))
+            largest = np.where(usable, largest, 1.0)
+        scaled = x / largest, y / largest, z / largest
+        lengths = np.sqrt(dot(scaled, scaled))
+        lengths[~usable] = 1.0
+        for axis in range(3):
+            unit[begin:end, axis] = scaled[axis] / lengths
 
     in_parts(part, len(vectors))
     return unit

@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from bake.errors import SceneError
+from bake.scene.extent import box_of
 from bake.scene.parsed import Placement
 from bake.types import Float64Array, Mesh, Placing
 
@@ -64,7 +65,7 @@ class Placer:
     def _centre(self, mesh: int) -> Float64Array:
         if mesh not in self._centres:
             positions = self._meshes[mesh].positions
-            bounds = (positions.min(axis=0), positions.max(axis=0)) if len(positions) else (np.zeros(3), np.zeros(3))
+            bounds = box_of(positions) if len(positions) else (np.zeros(3), np.zeros(3))
             self._centres[mesh] = 0.5 * (bounds[0] + bounds[1])
         return self._centres[mesh]
 
