@@ -1,30 +1,27 @@
-"""Conjugate gradients under bounds, every connected component on its own step lengths.
+"""Least squares under bounds, every connected component on its own step lengths.
 
-Minimises ½ xᵀAx - bᵀx over the box 0 ≤ x ≤ 1 by *modified proportioning with reduced gradient projections*: conjugate
-gradients on the vertices inside the bounds, a projected gradient step where a step would leave the box, and a step
-along the chopped gradient where the bounds hold vertices back too firmly. Values lie within the bounds by construction,
-not by clamping a finished answer: the neighbours of a vertex at a bound are optimal for it being there.
+Minimises ½ xᵀAx - bᵀx over the box 0 ≤ x ≤ 1 by conjugate gradients on one face of the box after another
+(`bake.solve.face_descent`), and where that finds no way down by steps that never leave it
+(`bake.solve.proportioning`). Values lie within the bounds by construction, not by clamping a finished answer: the
+neighbours of a vertex at a bound are optimal for it being there.
 
 The matrix is scaled to a unit diagonal, which is Jacobi preconditioning and leaves the box a box.
 
-Components do not touch each other, so each has its own step lengths, its own mode and its own end: a small component is
-exact after as many iterations as it has vertices, whatever the large ones need, and one that cannot be solved is known
-by its own residual.
-
-Reference: Dostál and Schöberl 2005, "Minimizing quadratic functions over non-negative cone with the rate of convergence
-and finite termination" (Computational Optimization and Applications 30(1)), algorithm MPRGP.
+Components do not touch each other, so each has its own step lengths, its own face, its own count of products and its
+own end: a small component is exact after as many iterations as it has vertices, whatever the large ones need, and one
+that cannot be solved is known by its own residual.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from bake.solve.scatter import scatter_add
+from bake.solve.box_part import BoxPart
+from bake.solve.face_descent import FaceState
+from bake.solve.proportioning import ProportioningState
 from bake.types import BoolArray, Float64Array, Int64Array
 
 WORTHWHILE = 0.6
@@ -40,7 +37,7 @@ class BoxSolution:
 
     Attributes:
         x: Shape (n,), float64, in [0, 1].
-        iterations: Products with the matrix.
+        iterations: Products with the matrix, most of any component.
         residual: Shape (c,), float64: per component the norm of the projected gradient over that of the right-hand
             side, both in the scaled unknowns, 0 where both vanish; or the largest share of `within`.
         converged: Shape (c,), bool.
@@ -74,7 +71,7 @@ class BoxSolver:
         step = 1.0 / np.maximum.reduceat(row_sums, first[:-1])  # below 2 / norm, by Gershgorin
         sizes = np.diff(first)
         component = np.repeat(np.arange(len(sizes)), sizes)
-        self._whole = _Part(matrix, scale, first[:-1], sizes, component, step)
+        self._whole = BoxPart(matrix, scale, first[:-1], sizes, component, step)
 
     def size(self, component: int) -> int:
         """How many unknowns a component has."""
@@ -103,7 +100,7 @@ class BoxSolver:
             tolerance: Relative projected residual at which a component is done.
             within: Shape (n,), float64: in place of `tolerance`: a component is done when the projected gradient of
                 every unknown is at most this, in the unit of the right-hand side.
-            most_iterations: Products with the matrix after which components are given up.
+            most_iterations: Products with the matrix after which a component is given up.
         """
         part = self._whole
         b = rhs / part.scale
@@ -111,165 +108,71 @@ class BoxSolver:
         goal = tolerance * norm
         if within is not None:
             part, goal = replace(part, reach=part.scale / within), np.ones(len(norm))
-        state = _State.begin(part, b, np.clip(start, 0.0, 1.0) * part.scale, goal)
-        result, gradient = np.empty(len(b)), np.empty(len(b))
-        measure = np.zeros(len(norm))
-        unknowns, components = np.arange(len(b)), np.arange(len(norm))
-        while True:
-            measure[components] = state.measure(part)
-            working = measure[components] > state.goal
-            stop = not working.any() or state.iterations + 2 > most_iterations
-            inside = part.spread(working)
-            if stop or np.count_nonzero(inside) < WORTHWHILE * len(inside):
-                result[unknowns] = state.x / part.scale
-                gradient[unknowns] = state.gradient / part.scale
-                if stop:
-                    break
-                part, state = part.only(working, inside), state.only(working, inside)
-                unknowns, components = unknowns[inside], components[working]
-                working, inside = working[working], inside[inside]
-            state.advance(part, working, inside)
-        converged = measure <= goal
-        residual = measure / (np.where(norm > 0, norm, 1.0) if within is None else 1.0)
-        result = np.clip(result, 0.0, 1.0)
-        held = ((result <= 0) & (gradient > HELD)) | ((result >= 1) & (gradient < -HELD))
-        return BoxSolution(result, state.iterations, residual, converged, held, gradient)
+        found = _Found.none(len(b), len(norm))
+        state: FaceState | ProportioningState
+        state = FaceState.begin(part, b, np.clip(start, 0.0, 1.0) * part.scale, goal)
+        _iterate(part, state, most_iterations, found, np.arange(len(b)), np.arange(len(norm)))
+        if found.stuck.any():
+            components, unknowns = found.stuck, part.spread(found.stuck)
+            here = part.only(components, unknowns)
+            products = found.products[components]
+            state = ProportioningState.begin(
+                here, found.x[unknowns], found.gradient[unknowns], goal[components], products
+            )
+            _iterate(here, state, most_iterations, found, np.flatnonzero(unknowns), np.flatnonzero(components))
+        converged = found.measure <= goal
+        residual = found.measure / (np.where(norm > 0, norm, 1.0) if within is None else 1.0)
+        return solution_of(found.x / part.scale, found.gradient / part.scale, found.products, residual, converged)
+
+
+def solution_of(
+    x: Float64Array, gradient: Float64Array, products: Int64Array, residual: Float64Array, converged: BoolArray
+) -> BoxSolution:
+    """A solution with what follows from it: values clipped by the last bit, and which of them are held."""
+    x = np.clip(x, 0.0, 1.0)
+    held = ((x <= 0) & (gradient > HELD)) | ((x >= 1) & (gradient < -HELD))
+    return BoxSolution(x, int(products.max(initial=0)), residual, converged, held, gradient)
 
 
 @dataclass(frozen=True, slots=True)
-class _Part:
-    """Some whole components of the scaled system."""
-
-    matrix: csr_array
-    scale: Float64Array  # root of the diagonal, and thereby the upper bound of a scaled unknown
-    begin: Int64Array  # first unknown of each component
-    sizes: Int64Array  # unknowns of each component
-    component: Int64Array  # of each unknown
-    step: Float64Array  # length of a gradient step that cannot raise the energy, per component
-    reach: Float64Array | None = None  # one over the gradient at which an unknown counts as solved; by norms if None
-
-    def sum(self, values: Float64Array) -> Float64Array:
-        """Sums over each component."""
-        return np.add.reduceat(values, self.begin)
-
-    def spread(self, per_component: NDArray[Any]) -> NDArray[Any]:
-        """Each component's value at its unknowns."""
-        return np.repeat(per_component, self.sizes)
-
-    def only(self, components: BoolArray, unknowns: BoolArray) -> _Part:
-        """The part that is left when other components are done."""
-        component = (np.cumsum(components) - 1)[self.component[unknowns]]
-        return _Part(
-            matrix=self.matrix[unknowns][:, unknowns],
-            scale=self.scale[unknowns],
-            begin=np.cumsum(self.sizes[components]) - self.sizes[components],
-            sizes=self.sizes[components],
-            component=component,
-            step=self.step[components],
-            reach=None if self.reach is None else self.reach[unknowns],
-        )
-
-
-@dataclass(slots=True)
-class _State:
-    """Where the iteration stands; vectors are in scaled unknowns."""
+class _Found:
+    """Where each component ended, in scaled unknowns."""
 
     x: Float64Array
     gradient: Float64Array
-    free: Float64Array  # the gradient of unknowns strictly inside the bounds, 0 at the others
-    direction: Float64Array
-    goal: Float64Array
-    free_norm: Float64Array  # squared, per component
-    chopped_norm: Float64Array  # squared, of the part of the gradient that leads from a bound into the box
-    iterations: int
+    measure: Float64Array
+    products: Int64Array
+    stuck: BoolArray
 
     @staticmethod
-    def begin(part: _Part, b: Float64Array, x: Float64Array, goal: Float64Array) -> _State:
-        gradient = part.matrix @ x - b
-        state = _State(x, gradient, gradient, gradient, goal, goal, goal, 1)
-        state.split(part)
-        state.direction = state.free
-        return state
+    def none(unknowns: int, components: int) -> _Found:
+        return _Found(
+            np.empty(unknowns), np.empty(unknowns), np.zeros(components), np.zeros(components, np.int64),
+            np.zeros(components, np.bool_),
+        )  # fmt: skip
 
-    def only(self, components: BoolArray, unknowns: BoolArray) -> _State:
-        return _State(
-            self.x[unknowns],
-            self.gradient[unknowns],
-            self.free[unknowns],
-            self.direction[unknowns],
-            self.goal[components],
-            self.free_norm[components],
-            self.chopped_norm[components],
-            self.iterations,
-        )
 
-    def measure(self, part: _Part) -> Float64Array:
-        """Norm of the projected gradient of each component, or its largest entry over the reach."""
-        if part.reach is None:
-            return np.sqrt(self.free_norm + self.chopped_norm)
-        projected = np.abs(self.free)
-        released, pull = self._released(part)
-        projected[released] = np.abs(pull)
-        return np.maximum.reduceat(projected * part.reach, part.begin)
-
-    def split(self, part: _Part) -> None:
-        """Renews what follows from `x` and `gradient`."""
-        self.free = self.gradient * ((self.x > 0) & (self.x < part.scale))
-        self.free_norm = part.sum(self.free * self.free)
-        released, pull = self._released(part)
-        self.chopped_norm = scatter_add(part.component[released], pull * pull, len(self.goal))
-
-    def advance(self, part: _Part, working: BoolArray, inside: BoolArray) -> None:
-        """One step of every working component, in place."""
-        proportional = self.chopped_norm <= self.free_norm
-        d = self.direction
-        if not proportional.all():
-            d = d * part.spread(proportional)
-            released, pull = self._released(part)
-            here = ~proportional[part.component[released]]
-            d[released[here]] = pull[here]
-        if not working.all():
-            d = d * inside
-        product = part.matrix @ d
-        self.iterations += 1
-        curvature = part.sum(d * product)
-        bends = curvature > 0
-        curvature[~bends] = 1.0
-        length = np.where(bends, part.sum(d * self.gradient) / curvature, 0.0)
-        expands = self._move(part, d, product, length) & working & proportional
-        if expands.any():
-            uphill = self.gradient * ((self.x > 0) & (self.x < part.scale)) * part.spread(expands * part.step)
-            projected = np.clip(self.x - uphill, 0.0, part.scale)
-            self.gradient += part.matrix @ (projected - self.x)
-            self.x = projected
-            self.iterations += 1
-        self.split(part)
-        conjugate = np.where(working & proportional & ~expands, part.sum(self.free * product) / curvature, 0.0)
-        self.direction = self.free - part.spread(conjugate) * d
-
-    def _move(self, part: _Part, d: Float64Array, product: Float64Array, length: Float64Array) -> BoolArray:
-        """Goes `length` along -d, or as far as the box allows; returns which components met a bound."""
-        spread = part.spread(length)
-        move = spread * d
-        trial = self.x - move
-        outside = np.flatnonzero((trial < 0) | (trial > part.scale))
-        met = np.zeros(len(length), np.bool_)
-        if len(outside):
-            going = move[outside]
-            room = np.where(going > 0, self.x[outside], self.x[outside] - part.scale[outside])
-            share = np.ones(len(length))
-            np.minimum.at(share, part.component[outside], room / going)
-            met[part.component[outside]] = True
-            shares = part.spread(share)
-            trial = np.clip(self.x - shares * move, 0.0, part.scale)
-            spread = spread * shares
-        self.x = trial
-        self.gradient -= spread * product
-        return met
-
-    def _released(self, part: _Part) -> tuple[Int64Array, Float64Array]:
-        """Unknowns at a bound that the energy pulls into the box, and their gradients."""
-        at_bound = np.flatnonzero((self.x <= 0) | (self.x >= part.scale))
-        pull = self.gradient[at_bound]
-        into = np.where(self.x[at_bound] <= 0, pull < 0, pull > 0)
-        return at_bound[into], pull[into]
+def _iterate(
+    part: BoxPart,
+    state: FaceState | ProportioningState,
+    most: int,
+    found: _Found,
+    unknowns: Int64Array,
+    components: Int64Array,
+) -> None:
+    """Goes on until every component is done, stuck or out of products; writes where each ended."""
+    while True:
+        measure = state.measure(part)
+        found.measure[components], found.products[components] = measure, state.products
+        found.stuck[components] = state.stuck
+        working = (measure > state.goal) & ~state.stuck & (state.products + 2 <= most)
+        stop = not working.any()
+        inside = part.spread(working)
+        if stop or np.count_nonzero(inside) < WORTHWHILE * len(inside):
+            found.x[unknowns], found.gradient[unknowns] = state.x, state.gradient
+            if stop:
+                return
+            part, state = part.only(working, inside), state.only(working, inside)
+            unknowns, components = unknowns[inside], components[working]
+            working, inside = working[working], inside[inside]
+        state.advance(part, working, inside, most)
