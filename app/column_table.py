@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 from PyQt6.QtCore import QAbstractTableModel, QModelIndex, QObject, Qt, pyqtSignal
-from PyQt6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
+from PyQt6.QtWidgets import QHeaderView, QTableView, QWidget
 
+from app.table_looks import dress
 from viewer.instance_rows import Column
 
-_MEASURED_ROWS = 60
 _LEAST_STRETCHED = 170
 """Room in pixels that the stretched column gets at least."""
 
@@ -119,20 +119,11 @@ class ColumnTable(QTableView):
         self.columns = ColumnModel(self)
         self._telling = True
         self.setModel(self.columns)
-        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setAlternatingRowColors(True)
-        self.setShowGrid(False)
-        self.setWordWrap(False)
+        dress(self)
         self.setSortingEnabled(True)
-        rows, columns, selection = self.verticalHeader(), self.horizontalHeader(), self.selectionModel()
-        assert rows is not None and columns is not None and selection is not None
-        rows.hide()
-        rows.setDefaultSectionSize(self.fontMetrics().height() + 6)
-        columns.setHighlightSections(False)
         self.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # the end of a path tells the most
-        columns.setResizeContentsPrecision(_MEASURED_ROWS)
+        selection = self.selectionModel()
+        assert selection is not None
         selection.selectionChanged.connect(self._on_selection)
 
     def set_columns(

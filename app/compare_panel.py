@@ -10,7 +10,6 @@ from PyQt6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
     QLabel,
-    QLineEdit,
     QPushButton,
     QStackedLayout,
     QToolButton,
@@ -21,6 +20,7 @@ from PyQt6.QtWidgets import (
 from app.column_table import ColumnTable
 from app.compare_job import Compared
 from app.elided_label import ElidedLabel
+from app.filter_line import FilterLine
 from viewer.compare_changes import SORTED_BY, change_columns, overall
 
 
@@ -109,11 +109,7 @@ class ComparePanel(QWidget):
         top.addSpacing(8)
         top.addWidget(self.distance)
         top.addStretch(1)
-        self._filter = QLineEdit()
-        self._filter.setPlaceholderText("Filter by object or state")
-        self._filter.setToolTip("Show only rows that contain this text")
-        self._filter.setClearButtonEnabled(True)
-        self._filter.setMaximumWidth(220)
+        self._filter = FilterLine("Filter by object or state", widest=220)
         top.addWidget(self._filter)
         self.end = QPushButton("End")
         self.end.setToolTip("Show this result alone again")

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PyQt6.QtCore import Qt, pyqtSignal
-from PyQt6.QtWidgets import QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
+from app.filter_line import FilterLine
 from app.tables import Cell, RowsView
 from bake.types import Finding
 
@@ -24,11 +25,7 @@ class FindingsTable(QWidget):
         self._row_of: dict[str, int] = {}
         self._following = False
         self._count = QLabel()
-        self._filter = QLineEdit()
-        self._filter.setPlaceholderText("Filter by object or finding")
-        self._filter.setToolTip("Show only rows that contain this text")
-        self._filter.setClearButtonEnabled(True)
-        self._filter.setMaximumWidth(280)
+        self._filter = FilterLine("Filter by object or finding", widest=280)
         self.view = RowsView(("Severity", "Object", "Finding", "Count", "Detail"), stretch=4)
         self.view.elide_middle(1)
         self.view.setSortingEnabled(True)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from PyQt6.QtCore import Qt, pyqtSignal
-from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QHeaderView, QLabel, QLineEdit, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QHeaderView, QLabel, QVBoxLayout, QWidget
 
 from app.document import Document
+from app.filter_line import FilterLine
 from app.tables import Cell, RowsView
 from viewer.instance_rows import KINDS, Column, available_kinds, instance_columns
 
@@ -26,11 +27,7 @@ class InstanceTable(QWidget):
         self._kind.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         self._kind.currentIndexChanged.connect(self._refill)
         self._count = QLabel()
-        self._filter = QLineEdit()
-        self._filter.setPlaceholderText("Filter by path")
-        self._filter.setToolTip("Show only rows that contain this text")
-        self._filter.setClearButtonEnabled(True)
-        self._filter.setMaximumWidth(240)
+        self._filter = FilterLine("Filter by path", widest=240)
         self.view = RowsView(("Object",), stretch=0)
         self.view.setSortingEnabled(True)
         self.view.sortByColumn(0, Qt.SortOrder.AscendingOrder)

@@ -12,12 +12,13 @@ from PyQt6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
     QLabel,
-    QLineEdit,
     QPlainTextEdit,
     QPushButton,
     QVBoxLayout,
     QWidget,
 )
+
+from app.filter_line import FilterLine
 
 _MOST_LINES = 5000
 _LEVELS = (
@@ -47,10 +48,7 @@ class LogPanel(QWidget):
         self._level.setCurrentIndex(1)
         self._level.setToolTip("Least serious lines to show")
         self._level.currentIndexChanged.connect(self._refill)
-        self.filter = QLineEdit()
-        self.filter.setPlaceholderText("Filter")
-        self.filter.setClearButtonEnabled(True)
-        self.filter.setToolTip("Show only lines that contain this text")
+        self.filter = FilterLine("Filter", "Show only lines that contain this text")
         self.filter.textChanged.connect(self._refill)
         copy = QPushButton("Copy")
         copy.setToolTip("Copy the lines shown")

@@ -11,7 +11,6 @@ from PyQt6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
     QLabel,
-    QLineEdit,
     QMenu,
     QToolButton,
     QTreeView,
@@ -20,6 +19,7 @@ from PyQt6.QtWidgets import (
 )
 
 from app.document import Document
+from app.filter_line import FilterLine
 from app.outliner_delegate import EYE_WIDTH, OutlinerDelegate
 from app.outliner_model import Column, OutlinerModel
 from bake.types import Role
@@ -44,11 +44,9 @@ class Outliner(QWidget):
         self._document = document
         self._following = False
         self._expanded: set[int] = set()
-        self.filter = QLineEdit()
-        self.filter.setPlaceholderText("Filter by path or role")
-        self.filter.setClearButtonEnabled(True)
-        self.filter.setToolTip(
-            "Show only objects whose path or role contains all these words; also role:tree, is:stale, is:hidden"
+        self.filter = FilterLine(
+            "Filter by path or role",
+            "Show only objects whose path or role contains all these words; also role:tree, is:stale, is:hidden",
         )
         self.filter.textChanged.connect(self._on_filter)
         self.model = OutlinerModel(document, self)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from PyQt6.QtCore import QTimer, pyqtSignal
-from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app.column_table import ColumnTable
+from app.filter_line import FilterLine
 from app.region_state import RegionState
 from viewer.region_rows import boundary_columns, region_columns
 
@@ -28,11 +29,7 @@ class RegionList(QWidget):
         self.kind.setToolTip("What the table lists")
         self.kind.currentIndexChanged.connect(self._on_kind)
         self._count = QLabel()
-        self._filter = QLineEdit()
-        self._filter.setPlaceholderText("Filter by name")
-        self._filter.setToolTip("Show only rows that contain this text")
-        self._filter.setClearButtonEnabled(True)
-        self._filter.setMaximumWidth(240)
+        self._filter = FilterLine("Filter by name", widest=240)
         self.view = ColumnTable()
         self.view.setToolTip("Click a row to fly there and to highlight it; click a heading to sort")
         self._filter.textChanged.connect(self._on_filter)

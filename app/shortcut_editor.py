@@ -11,7 +11,6 @@ from PyQt6.QtWidgets import (
     QHeaderView,
     QKeySequenceEdit,
     QLabel,
-    QLineEdit,
     QPushButton,
     QTableView,
     QVBoxLayout,
@@ -19,6 +18,7 @@ from PyQt6.QtWidgets import (
 )
 
 from app.action_registry import ActionRegistry
+from app.filter_line import FilterLine
 
 _NAME = Qt.ItemDataRole.UserRole
 
@@ -36,10 +36,8 @@ class ShortcutEditor(QDialog):
         self._registry = registry
         self.setWindowTitle("Shortcuts")
         self.resize(640, 520)
-        self._filter = QLineEdit()
-        self._filter.setPlaceholderText("Filter by action or key")
-        self._filter.setToolTip("Show only actions whose name, description or keys contain this text")
-        self._filter.setClearButtonEnabled(True)
+        tip = "Show only actions whose name, description or keys contain this text"
+        self._filter = FilterLine("Filter by action or key", tip)
         self._model = QStandardItemModel(0, 4, self)
         self._model.setHorizontalHeaderLabels(["Menu", "Action", "Keys", "What it does"])
         self._proxy = QSortFilterProxyModel(self)

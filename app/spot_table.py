@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from PyQt6.QtCore import Qt, pyqtSignal
-from PyQt6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QHeaderView, QLineEdit, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
 
 from app.elided_label import ElidedLabel
+from app.filter_line import FilterLine
 from app.tables import Cell, RowsView
 from bake.explain.cause_names import CauseKind
 from bake.explain.spots import Spots
@@ -47,12 +48,8 @@ class SpotTable(QWidget):
         self.marks.setToolTip("Mark the vertices of all spots in the view")
         self.marks.toggled.connect(self.marks_toggled)
         self._count = ElidedLabel()
-        self._filter = QLineEdit()
-        self._filter.setPlaceholderText("Object or sign")
-        self._filter.setToolTip("Show only rows that contain this text")
-        self._filter.setClearButtonEnabled(True)
+        self._filter = FilterLine("Object or sign", widest=240)
         self._filter.setMinimumWidth(120)
-        self._filter.setMaximumWidth(240)
         self.view = RowsView(("Object",), stretch=0)
         self.view.setSortingEnabled(True)
         self.view.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # the end of a path tells the most

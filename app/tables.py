@@ -9,7 +9,6 @@ from typing import Any
 from PyQt6.QtCore import QAbstractTableModel, QModelIndex, QObject, QSortFilterProxyModel, Qt
 from PyQt6.QtGui import QBrush, QColor
 from PyQt6.QtWidgets import (
-    QAbstractItemView,
     QHeaderView,
     QStyledItemDelegate,
     QStyleOptionViewItem,
@@ -17,8 +16,8 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-_MEASURED_ROWS = 60
-"""Rows whose texts say how wide columns are."""
+from app.table_looks import dress
+
 _WIDEST, _LEAST_WIDE = 0.36, 150
 """Widest that a column gets by itself, as a share of the table, and how wide it may be in any case, in pixels."""
 
@@ -153,21 +152,9 @@ class RowsView(QTableView):
         self.proxy.setFilterKeyColumn(-1)
         self.setModel(self.proxy)
         self._stretch = stretch
-        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setAlternatingRowColors(True)
-        self.setShowGrid(False)
-        self.setWordWrap(False)
-        rows = self.verticalHeader()
-        columns = self.horizontalHeader()
-        assert rows is not None and columns is not None
-        rows.hide()
-        rows.setDefaultSectionSize(self.fontMetrics().height() + 6)
+        columns = dress(self)
         columns.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
         columns.setSectionResizeMode(stretch, QHeaderView.ResizeMode.Stretch)
-        columns.setHighlightSections(False)
-        columns.setResizeContentsPrecision(_MEASURED_ROWS)
 
     def elide_middle(self, column: int) -> None:
         """Cuts texts of a column in the middle where there is no room for them: the end of a path tells the most."""

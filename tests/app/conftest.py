@@ -17,6 +17,7 @@ import pyvistaqt  # noqa: F401 - sets the OpenGL format before any window
 from PyQt6.QtCore import QSettings
 from PyQt6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
+from region_bakes import bake_with_regions
 from settling import settle
 from small_level import bake_level, write_level
 
@@ -39,6 +40,12 @@ def level(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def result_folder(level: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The small level, baked for real."""
     return bake_level(level, tmp_path_factory.mktemp("baked") / "result")
+
+
+@pytest.fixture(scope="session")
+def regions_folder(level: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The small level baked with regions."""
+    return bake_with_regions(level, tmp_path_factory.mktemp("regions"))
 
 
 @pytest.fixture(scope="session")
@@ -87,6 +94,16 @@ def window(make_window: Callable[..., Window]) -> Window:
 def shown(window: Window, qtbot: QtBot, result_folder: Path) -> Window:
     """A window over the baked small level, ready to be picked in."""
     window.controller.open(result_folder)
+    qtbot.waitUntil(lambda: window.document.result is not None, timeout=PATIENCE_MS)
+    window.picker.finish()
+    settle()
+    return window
+
+
+@pytest.fixture
+def shown_regions(window: Window, qtbot: QtBot, regions_folder: Path) -> Window:
+    """The same over the bake with regions."""
+    window.controller.open(regions_folder)
     qtbot.waitUntil(lambda: window.document.result is not None, timeout=PATIENCE_MS)
     window.picker.finish()
     settle()

@@ -11,7 +11,6 @@ import pytest
 from PyQt6.QtCore import QPointF, Qt
 from PyQt6.QtTest import QTest
 from pytestqt.qtbot import QtBot
-from region_bakes import bake_with_regions
 from settling import settle
 
 from app.region_part import LIST, PANEL, RegionsPart
@@ -26,21 +25,10 @@ PATIENCE_MS = 60_000
 pytestmark = pytest.mark.gui
 
 
-@pytest.fixture(scope="module")
-def folder(level: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The small level baked with regions."""
-    return bake_with_regions(level, tmp_path_factory.mktemp("regions"))
-
-
 @pytest.fixture
-def part(make_window: Callable[..., Window], qtbot: QtBot, folder: Path) -> RegionsPart:
-    """The regions' part of a window over that bake."""
-    window = make_window()
-    window.controller.open(folder)
-    qtbot.waitUntil(lambda: window.document.result is not None, timeout=PATIENCE_MS)
-    window.picker.finish()
-    settle()
-    return window.bench.part(RegionsPart)
+def part(shown_regions: Window) -> RegionsPart:
+    """The regions' part of a window over the small level baked with regions."""
+    return shown_regions.bench.part(RegionsPart)
 
 
 def _wait_for_models(part: RegionsPart, qtbot: QtBot) -> None:

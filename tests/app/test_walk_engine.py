@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
-from region_bakes import bake_with_regions
 
 from app.engine import Engine, EngineState
 from app.engine_protocol import TaskJob
@@ -21,12 +20,6 @@ PATIENCE_MS = 60_000
 pytestmark = pytest.mark.gui
 
 
-@pytest.fixture(scope="module")
-def folder(level: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The small level baked with regions."""
-    return bake_with_regions(level, tmp_path_factory.mktemp("regions"))
-
-
 @pytest.fixture
 def engine(qapp: object) -> Iterator[Engine]:
     """An engine process."""
@@ -36,14 +29,14 @@ def engine(qapp: object) -> Iterator[Engine]:
     engine.close()
 
 
-def test_walk_is_traced_along_a_path(engine: Engine, qtbot: QtBot, folder: Path) -> None:
+def test_walk_is_traced_along_a_path(engine: Engine, qtbot: QtBot, regions_folder: Path) -> None:
     """The truth comes back by place, with as many distances as were baked, and progress on the way."""
-    world = load_result(folder).world
+    world = load_result(regions_folder).world
     path = path_through(np.array([[-3.0, 1.6, 3.0], [-3.0, 1.6, -3.0]]) - world.origin)
     stages: list[str] = []
     engine.task_progressed.connect(lambda job, progress: stages.append(progress.stage))
     with qtbot.waitSignal(engine.task_finished, timeout=PATIENCE_MS) as finished:
-        engine.task("walk", folder, WalkRequest(path, True))
+        engine.task("walk", regions_folder, WalkRequest(path, True))
     job, traced = finished.args
     assert isinstance(job, TaskJob)
     assert isinstance(traced, TracedWalk)
@@ -54,20 +47,20 @@ def test_walk_is_traced_along_a_path(engine: Engine, qtbot: QtBot, folder: Path)
     assert engine.state is EngineState.IDLE
 
 
-def test_walk_can_be_cancelled_without_touching_other_jobs(engine: Engine, qtbot: QtBot, folder: Path) -> None:
+def test_walk_can_be_cancelled_without_touching_other_jobs(engine: Engine, qtbot: QtBot, regions_folder: Path) -> None:
     """Cancelling a walk stops it and leaves what waits behind it."""
-    world = load_result(folder).world
+    world = load_result(regions_folder).world
     rows = np.stack([np.tile([-4.0, 4.0], 400), np.full(800, 1.6), np.linspace(-4.0, 4.0, 800)], axis=1)
     long_path = path_through(rows - world.origin)
     short_path = path_through(rows[:2] - world.origin)
     with qtbot.waitSignal(engine.task_progressed, timeout=PATIENCE_MS):
-        engine.task("walk", folder, WalkRequest(long_path, True))
+        engine.task("walk", regions_folder, WalkRequest(long_path, True))
     with qtbot.waitSignal(engine.cancelled, timeout=PATIENCE_MS) as stopped:
         engine.cancel_task("something else")
         engine.cancel_task("walk")
     assert stopped.args[0].arguments.path.length == pytest.approx(long_path.length)
     with qtbot.waitSignal(engine.task_finished, timeout=PATIENCE_MS):
-        engine.task("walk", folder, WalkRequest(short_path, False))
+        engine.task("walk", regions_folder, WalkRequest(short_path, False))
 
 
 def test_result_without_regions_is_refused_in_one_line(engine: Engine, qtbot: QtBot, result_folder: Path) -> None:

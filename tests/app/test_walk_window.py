@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,6 @@ import pytest
 from PyQt6.QtCore import QPoint, QPointF, Qt
 from PyQt6.QtTest import QTest
 from pytestqt.qtbot import QtBot
-from region_bakes import bake_with_regions
 from settling import settle
 
 from app.region_part import RegionsPart
@@ -29,21 +27,10 @@ WAY = [[-4.0, 1.6, 4.0], [-4.0, 1.5, -3.5], [0.0, 1.5, -3.5], [4.0, 1.5, -2.0], 
 pytestmark = pytest.mark.gui
 
 
-@pytest.fixture(scope="module")
-def folder(level: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The small level baked with regions."""
-    return bake_with_regions(level, tmp_path_factory.mktemp("regions"))
-
-
 @pytest.fixture
-def part(make_window: Callable[..., Window], qtbot: QtBot, folder: Path) -> WalkPart:
-    """The walk's part of a window over that bake."""
-    window = make_window()
-    window.controller.open(folder)
-    qtbot.waitUntil(lambda: window.document.result is not None, timeout=PATIENCE_MS)
-    window.picker.finish()
-    settle()
-    return window.bench.part(WalkPart)
+def part(shown_regions: Window) -> WalkPart:
+    """The walk's part of a window over the small level baked with regions."""
+    return shown_regions.bench.part(WalkPart)
 
 
 @pytest.fixture
