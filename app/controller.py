@@ -279,10 +279,7 @@ class Controller(QObject):
         path = self._document.result_path
 
         def on_read(opened: OpenedResult) -> None:
-            is_own = self._document.result_path == opened.path
-            if is_own:
-                self._show(opened)
-            then(is_own)
+            self._turns.add(lambda: self._show_own(opened), lambda: then(self._document.stored is opened.result))
 
         def on_error(error: ObscuraError) -> None:
             self._on_error(error)
@@ -290,6 +287,10 @@ class Controller(QObject):
 
         if path is not None:
             self._jobs.run("open result", lambda: read_result(path, verify=False), on_read, on_error)
+
+    def _show_own(self, opened: OpenedResult) -> None:
+        if self._document.result_path == opened.path:
+            self._show(opened)
 
     def _on_solved(self, job: SolveJob, field: VertexField, seconds: float) -> None:
         self.solving.emit(job.purpose, False)

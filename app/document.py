@@ -13,7 +13,7 @@ from app.events import Event
 from app.scene_state import SceneState
 from bake.settings import BakeSettings, MappingKind
 from bake.types import BakeResult, BoolArray, Finding, Float64Array, Role, VertexField, World
-from viewer.boxes import object_boxes
+from viewer.boxes import moved_boxes, object_boxes
 from viewer.decorated import DecoratedValues
 from viewer.decorator_view import DecoratorView, TreeShading
 from viewer.display import Display, shown_field
@@ -162,6 +162,8 @@ class Document:
     def set_result(self, result: BakeResult, path: Path) -> None:
         """Shows a result: its world, if it differs from the one in view, and its values."""
         self.show_geometry(result.world)
+        if self.world is not None:
+            self._keep_boxes(self.world, result.world)
         self.world = result.world
         self.result, self.stored, self.result_path = result, result, path
         self.field, self.field_note, self.other = result.field, "", None
@@ -184,6 +186,8 @@ class Document:
 
     def move_world(self, world: World) -> None:
         """Shows the same objects in other places; values stay with their vertices."""
+        if self.world is not None:
+            self._keep_boxes(self.world, world)
         self.world = world
         self.geometry_changed.emit()
 
@@ -371,6 +375,12 @@ class Document:
         chosen = [index for index in indices if 0 <= index < world.object_count]
         boxes = self._boxes[1][chosen]
         return boxes[np.isfinite(boxes[:, 0, 0])]
+
+    def _keep_boxes(self, before: World, now: World) -> None:
+        """Of the boxes around objects only those are made anew that went elsewhere."""
+        same = before.object_paths == now.object_paths and np.array_equal(before.first_vertex, now.first_vertex)
+        if same and self._boxes is not None and self._boxes[0] is before.positions:
+            self._boxes = (now.positions, moved_boxes(self._boxes[1], before, now))
 
 
 def default_result_folder(scene: Path, cache: Path) -> Path:

@@ -70,7 +70,7 @@ def _moved(base: World, fresh: World, targets: list[int]) -> World:
     """`base` with the first objects of `fresh` in the places of `targets`."""
     names = ("positions", "normals")
     arrays: dict[str, Any] = {name: np.array(getattr(base, name)) for name in names}
-    faces = np.array(base.faces)
+    faces = base.faces
     hashes = list(base.object_hash)
     for number, index in enumerate(targets):
         own, new = _vertices(base, index), _vertices(fresh, number)
@@ -79,7 +79,10 @@ def _moved(base: World, fresh: World, targets: list[int]) -> World:
             continue
         for name in names:
             arrays[name][own] = getattr(fresh, name)[new]
-        faces[own_faces] = np.asarray(fresh.faces)[new_faces] + np.int32(own.start - new.start)
+        corners = np.asarray(fresh.faces)[new_faces] + np.int32(own.start - new.start)
+        if not np.array_equal(corners, base.faces[own_faces]):  # else whoever knows these faces knows them again
+            faces = np.array(faces) if faces is base.faces else faces
+            faces[own_faces] = corners
         hashes[index] = fresh.object_hash[number]
     return replace(base, **arrays, faces=faces, object_hash=tuple(hashes))
 

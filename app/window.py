@@ -23,6 +23,7 @@ from app.docks import build_docks, panel_action
 from app.document import Document
 from app.engine import Engine
 from app.engine_worker import Bake, bake_job
+from app.garbage import SettingAside
 from app.jobs import Jobs, favour_window
 from app.lazy_picker import LazyPicker
 from app.panels import build_panels
@@ -118,6 +119,7 @@ class Window(QMainWindow):
         for part in self.bench.parts:
             part.connect()
         self._restyle()
+        self._aside = SettingAside(self.document, self)
         self.engine.start()
 
     def _build_centre(self) -> None:

@@ -50,10 +50,10 @@ def vtk_points(positions: Float32Array) -> vtkPoints:
 
 
 def vtk_cells(cells: Int32Array) -> vtkCellArray:
-    """Cells of equal size from corner indices, shape (m, corners)."""
+    """Cells of equal size from corner indices, shape (m, corners), that share the array's memory if it is int32."""
     offsets = np.arange(0, cells.size + 1, cells.shape[1], dtype=np.int32)
     array = vtkCellArray()
-    array.SetData(numpy_to_vtk(offsets, deep=1), numpy_to_vtk(np.ascontiguousarray(cells, np.int32).ravel(), deep=1))
+    array.SetData(numpy_to_vtk(offsets), numpy_to_vtk(np.ascontiguousarray(cells, np.int32).ravel()))
     return array
 
 
@@ -62,11 +62,11 @@ class SurfaceActor:
 
     Args:
         positions: Shape (n, 3), metres from the world's origin.
-        faces: Shape (m, 3), int32.
+        faces: Shape (m, 3), int32; must stay as they are.
     """
 
     def __init__(self, positions: Float64Array | Float32Array, faces: Int32Array) -> None:
-        self._faces = np.array(faces, np.int32)
+        self._faces = np.ascontiguousarray(faces, np.int32)
         self._subset = False
         self._data = vtkPolyData()
         self._data.SetPoints(vtk_points(np.array(positions, np.float32)))

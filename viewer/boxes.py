@@ -22,3 +22,18 @@ def object_boxes(world: World) -> Float64Array:
         boxes[used, 0] = np.minimum.reduceat(positions, first)
         boxes[used, 1] = np.maximum.reduceat(positions, first)
     return boxes
+
+
+def moved_boxes(boxes: Float64Array, before: World, now: World) -> Float64Array:
+    """The boxes of `object_boxes` after objects of the same number and size went elsewhere; only those are looked at.
+
+    Args:
+        boxes: Those of `before`.
+        before, now: Worlds whose objects are numbered alike.
+    """
+    boxes = boxes.copy()
+    for index, (then, digest) in enumerate(zip(before.object_hash, now.object_hash, strict=True)):
+        first, end = int(now.first_vertex[index]), int(now.first_vertex[index + 1])
+        if then != digest and end > first:
+            boxes[index] = box_around(np.asarray(now.positions)[first:end])
+    return boxes

@@ -54,6 +54,7 @@ class SurfacePicker:
         self._locators: list[vtkStaticCellLocator | None] = [None] * len(self._chunks)
         self._missing = list(range(len(self._chunks)))[::-1]
         self._bounds = np.zeros((len(self._chunks), 2, 3))
+        self._spans: list[tuple[int, int]] = [(0, len(positions))] * len(self._chunks)  # vertices that a chunk may have
         self._points: vtkPoints | None = None
         self._cell = vtkGenericCell()
 
@@ -71,6 +72,7 @@ class SurfacePicker:
         index = self._missing.pop()
         faces = self._faces[self._chunks[index]]
         corners = self._positions[faces.ravel()]
+        self._spans[index] = int(faces.min()), int(faces.max()) + 1
         self._bounds[index] = corners.min(axis=0), corners.max(axis=0)
         data = vtkPolyData()
         data.SetPoints(self._points)
@@ -100,8 +102,11 @@ class SurfacePicker:
             None,
             self._cell,
         )
-        moved = (positions != self._positions).any(axis=1)
-        touched = {index for index, chunk in enumerate(self._chunks) if moved[self._faces[chunk]].any()}
+        moved = np.flatnonzero((positions != self._positions).ravel()) // 3
+        touched = {
+            index for index, (first, end) in enumerate(self._spans) if np.diff(np.searchsorted(moved, (first, end)))[0]
+        }
+        other._spans = list(self._spans)
         for index in touched:
             other._locators[index] = None
         other._missing = sorted(touched | set(self._missing), reverse=True)
