@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from bake.bench.front import FrontRow
     from bake.bench.table import Measurements
 
-TABLES = ("front", "samplers")
+TABLES = ("samplers", "tracers", "front")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,6 +58,10 @@ def accuracy_tables(asked: AccuracyRequest) -> Iterable[Measurements]:
 def _measured(asked: AccuracyRequest, wanted: Sequence[str]) -> Iterator[Measurements]:
     if "samplers" in wanted:
         yield from _samplers(asked)
+    if "tracers" in wanted:
+        from bake.bench.tracers import measure_tracers
+
+        yield measure_tracers(asked.scenes, asked.options, scale=asked.scale)
     if "front" in wanted:
         yield from _fronts(asked)
 

@@ -30,7 +30,7 @@ def plot_samplers(path: Path, scenes: Sequence[SamplerScene]) -> None:
 
     from bake.bench.samplers import OURS, RAYS
 
-    figure = Figure(figsize=(0.6 + 4.1 * len(scenes), 4.6), dpi=110)
+    figure = Figure(figsize=(0.6 + 4.6 * len(scenes), 5.4), dpi=110)
     panels = figure.subplots(1, len(scenes), squeeze=False)[0]
     for axes, scene in zip(panels, scenes, strict=True):
         for curve in scene.curves:
@@ -49,7 +49,8 @@ def plot_samplers(path: Path, scenes: Sequence[SamplerScene]) -> None:
         axes.grid(True, which="both", linewidth=0.3)
         axes.set_xlabel("rays")
         axes.set_title(f"{scene.name}, obscurance at {scene.distance:g} m", fontsize=9)
-        axes.legend(fontsize=7, title="slope in brackets", title_fontsize=7, loc="lower left")
+        axes.legend(fontsize=7, title="slope in brackets", title_fontsize=7, loc="upper center", ncol=2,
+                    bbox_to_anchor=(0.5, -0.13))  # fmt: skip
     panels[0].set_ylabel("RMSE of a sample's AO")
     figure.tight_layout()
     figure.savefig(path)

@@ -7,9 +7,6 @@ against a converged reference (`bake/bench/surface_truth.py`).
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,9 +18,9 @@ import numpy as np
 
 from bake.bench.banding import banding
 from bake.bench.peers import PEERS, bake_with, peer_version
-from bake.bench.surface_truth import REFERENCE_RAYS, SurfaceTruth, finest_piecewise_linear, surface_truth
-from bake.bench.synthetic import Geometry, comparison_field, write_ply
-from bake.errors import DeviceError
+from bake.bench.surface_truth import OF_ALL_RAYS, REFERENCE_RAYS, SurfaceTruth, finest_piecewise_linear, surface_truth
+from bake.bench.synthetic import Geometry, comparison_field, under_the_field, write_ply
+from bake.bench.timed_bakes import bakes_timed
 from bake.pipeline import settings_for
 from bake.results import load_result
 from bake.scene import flatten, load_scene
@@ -45,13 +42,15 @@ class Contender:
 
 def _ours() -> Iterator[Contender]:
     for per_face, rays, alpha in (
-        ("1:1", 4, None), ("1:1", 8, None), ("2:2", 8, None), ("1:1", 8, 0.1), ("1:1", 16, 0.1), ("2:2", 16, 0.1),
-        ("2:2", 16, 0.03), ("4:4", 16, 0.03),
+        ("1:1", 4, None), ("1:1", 6, None), ("1:1", 8, None), ("2:2", 8, None), ("1:1", 8, 0.1), ("1:1", 16, 0.1),
+        ("2:2", 16, 0.1), ("2:2", 16, 0.03), ("4:4", 8, 0.03), ("4:4", 16, 0.03),
     ):  # fmt: skip
         smoothing = "average" if alpha is None else f"least squares, α {alpha:g}"
         options: dict[str, Any] = {"samples-per-face": per_face, "rays": rays}
         options |= {"mapping": "average"} if alpha is None else {"alpha": alpha}
         yield Contender(f"{per_face} × {rays}, {smoothing}", options)
+    kept = {"samples-per-face": "4:4", "rays": 16, "alpha": 0.03, "back-face-threshold": 1}
+    yield Contender("4:4 × 16, least squares, α 0.03, no sample dropped", kept)
     yield Contender("preset preview", {"quality": "preview"})
     yield Contender("preset final", {"quality": "final"})
 
@@ -68,6 +67,7 @@ class FrontRow:
         seconds: From the mesh's file to the stored result.
         rmse, p999: Errors at the first distance over the surface, that is at points spread by area.
         mixed_rmse: The error where half of the points are spread by area and half evenly over the faces.
+        all_rays_rmse: The first error over more points: those whose back faces are few beside all their rays.
         banding: Kinks between faces, in 8-bit codes (`bake/bench/banding.py`).
         bounded: Whether the greatest distance was kept.
     """
@@ -80,6 +80,7 @@ class FrontRow:
     mixed_rmse: float
     p999: float
     banding: float
+    all_rays_rmse: float
     bounded: bool = True
 
 
@@ -89,7 +90,10 @@ class Front:
 
     Attributes:
         rows: In the order they were made.
-        floor, mixed_floor, floor_banding: Errors and kinks of the best piecewise linear AO.
+        floor, mixed_floor, all_rays_floor, floor_banding: Errors and kinks of the best piecewise linear AO.
+        points, all_rays_points: How many points count, by area, by either count of back faces.
+        buried_points: Of those that count by the latter alone, how many lie under the comparison field's ground; None
+            on other scenes.
         reference_error: That of the reference itself.
         distance: The greatest distance, metres.
         seed: Of our bakes; the reference has the next one.
@@ -99,10 +103,14 @@ class Front:
     rows: Sequence[FrontRow]
     floor: float
     mixed_floor: float
+    all_rays_floor: float
     floor_banding: float
+    points: int
+    all_rays_points: int
     reference_error: float
     distance: float
     seed: int
+    buried_points: int | None = None
 
 
 def measure_fronts(
@@ -171,9 +179,17 @@ def _front(
     best = finest_piecewise_linear(world, settings)
     floor = truth.errors(best)
     return Front(
-        title, rows, floor["area 0"], floor["mixed 0"], banding(world, best), float(truth.own_error[0]),
-        settings.trace_distance, settings.seed,
+        title, rows, floor["area 0"], floor["mixed 0"], floor[f"{OF_ALL_RAYS} 0"], banding(world, best),
+        len(truth.sets["area"]), len(truth.sets[OF_ALL_RAYS]), float(truth.own_error[0]), settings.trace_distance,
+        settings.seed, _buried(world, truth) if title == GATED else None,
     )  # fmt: skip
+
+
+def _buried(world: World, truth: SurfaceTruth) -> int:
+    """Points on props under the ground, of those that count only where back faces are counted of all rays."""
+    rows = np.setdiff1d(truth.sets[OF_ALL_RAYS], truth.sets["area"])
+    points = np.einsum("ij,ijk->ik", truth.weights[rows], world.positions[truth.corners[rows]]) + world.origin
+    return int(np.count_nonzero(under_the_field(points)))
 
 
 def _truth(world: World, settings: BakeSettings) -> SurfaceTruth:
@@ -190,25 +206,9 @@ def _our_rows(
     world: World,
 ) -> Iterator[FrontRow]:
     jobs = [(str(folder / f"ours-{i}"), {**options, **one.options}) for i, one in enumerate(ours)]
-    request = json.dumps({"scene": str(mesh), "jobs": jobs})
-    # One process for all, as peers' interpreters load their libraries before they look at the clock.
-    with (folder / "timed-bakes.log").open("w+") as log:
-        with subprocess.Popen(
-            [sys.executable, "-m", "bake.bench.timed_bakes"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=log,
-            text=True,
-        ) as timed:
-            assert timed.stdin is not None and timed.stdout is not None
-            timed.stdin.write(request)
-            timed.stdin.close()
-            for one, (result, _), seconds in zip(ours, jobs, timed.stdout, strict=False):
-                ao = load_result(Path(result), verify=False).field.ao
-                yield _row(title, "Obscura", one.name, float(seconds), ao, truth, world)
-        if timed.returncode:
-            log.seek(0)
-            raise DeviceError("the timed bakes failed", where="bench", remedy=log.read().strip()[-400:])
+    for one, (result, _), seconds in zip(ours, jobs, bakes_timed(mesh, jobs), strict=True):
+        ao = load_result(Path(result), verify=False).field.ao
+        yield _row(title, "Obscura", one.name, seconds, ao, truth, world)
 
 
 def _peer_rows(
@@ -252,5 +252,6 @@ def _row(
     errors = truth.errors(ao)
     p999 = float(truth.percentile(ao, 99.9, "area")[0])
     return FrontRow(
-        title, baker, effort, seconds, errors["area 0"], errors["mixed 0"], p999, banding(world, ao), bounded
-    )
+        title, baker, effort, seconds, errors["area 0"], errors["mixed 0"], p999, banding(world, ao),
+        errors[f"{OF_ALL_RAYS} 0"], bounded,
+    )  # fmt: skip

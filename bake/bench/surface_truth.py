@@ -2,7 +2,8 @@
 
 Half of the points are spread by area and half evenly over the faces, because levels mix faces of a square centimetre
 with mountains; as many points spread by area alone stand beside them. Points that are themselves invalid by the
-back-face rule, inside walls or under the ground, do not count.
+back-face rule, inside walls or under the ground, do not count. The rule goes by the share of what a point's rays hit;
+the points that are valid where it goes by the share of all its rays stand beside them as well.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from bake.types import Float32Array, Float64Array, Int64Array, SampleSet, Tally,
 
 REFERENCE_RAYS = 4096
 POINTS = 20_000
+OF_ALL_RAYS = "area of all rays"
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class SurfaceTruth:
         weights: Shape (n, 3), float64: barycentric.
         ao: Shape (n, k), float64.
         halves: Shape (2, n, k), float64: the same from either half of the rays.
-        sets: Rows that count, by name: "mixed" and "area".
+        sets: Rows that count, by name: "mixed" and "area"; and "area of all rays", by the other count of back faces.
     """
 
     face: Int64Array
@@ -100,6 +102,8 @@ def surface_truth(world: World, settings: BakeSettings, *, points: int = POINTS)
     hits = sum(tally.hits.astype(np.int64) for tally in tallies)
     backs = sum(tally.back_faces.astype(np.int64) for tally in tallies)
     valid = backs <= settings.back_face_threshold * hits
+    sent = sum(tally.rays.astype(np.int64) for tally in tallies)
+    valid_of_all = backs <= settings.back_face_threshold * sent
     halves = np.stack([tally.ao.astype(np.float64) for tally in tallies])
     first_two = samples.barycentric.astype(np.float64)
     mixed = (order < points // 2) | (order >= points)
@@ -109,7 +113,11 @@ def surface_truth(world: World, settings: BakeSettings, *, points: int = POINTS)
         weights=np.column_stack([first_two, 1.0 - first_two.sum(axis=1)]),
         ao=halves.mean(axis=0),
         halves=halves,
-        sets={"mixed": np.flatnonzero(valid & mixed), "area": np.flatnonzero(valid & (order < points))},
+        sets={
+            "mixed": np.flatnonzero(valid & mixed),
+            "area": np.flatnonzero(valid & (order < points)),
+            OF_ALL_RAYS: np.flatnonzero(valid_of_all & (order < points)),
+        },
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bake.arrays import Float64Array, Int32Array
+from bake.arrays import BoolArray, Float64Array, Int32Array
 
 Geometry = tuple[Float64Array, Int32Array]
 
@@ -19,7 +19,7 @@ def height_field(cells: int, width: float = 200.0) -> Geometry:
     """
     line = np.linspace(-width / 2, width / 2, cells + 1)
     x, y = np.meshgrid(line, line)
-    z = 3.0 * np.sin(0.1 * x) * np.cos(0.13 * y) + 0.5 * np.sin(0.7 * x + 0.4 * y)
+    z = _height(x, y)
     corner = np.arange(cells * (cells + 1)).reshape(cells, cells + 1)[:, :-1].ravel()
     faces = np.concatenate(
         [
@@ -28,6 +28,15 @@ def height_field(cells: int, width: float = 200.0) -> Geometry:
         ]
     )
     return np.stack([x, y, z], axis=-1).reshape(-1, 3), faces.astype(np.int32)
+
+
+def _height(x: Float64Array, y: Float64Array) -> Float64Array:
+    return 3.0 * np.sin(0.1 * x) * np.cos(0.13 * y) + 0.5 * np.sin(0.7 * x + 0.4 * y)
+
+
+def under_the_field(points: Float64Array, *, deep: float = 0.05) -> BoolArray:
+    """Which points, shape (n, 3), lie under `height_field` by more than `deep` metres, shape (n,)."""
+    return points[:, 2] < _height(points[:, 0], points[:, 1]) - deep
 
 
 def subdivided(geometry: Geometry, times: int, *, radius: float | None = None) -> Geometry:

@@ -9,17 +9,44 @@ from __future__ import annotations
 
 import json
 import statistics
+import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from bake.bench.synthetic import cube, write_ply
+from bake.errors import DeviceError
 from bake.pipeline import BakeRequest, run_bake
 
 SHORT = 5.0
 """Seconds; what takes less is timed three times."""
+
+
+def bakes_timed(scene: Path, jobs: Sequence[tuple[str, Mapping[str, Any]]]) -> Iterator[float]:
+    """The seconds of each job, result folder and options, as they come from a process of their own.
+
+    Raises:
+        DeviceError: the process failed.
+    """
+    # One process for all, as peers' interpreters load their libraries before they look at the clock.
+    with tempfile.TemporaryFile("w+", prefix="obscura-timed-bakes-") as log:
+        with subprocess.Popen(
+            [sys.executable, "-m", "bake.bench.timed_bakes"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=log,
+            text=True,
+        ) as timed:
+            assert timed.stdin is not None and timed.stdout is not None
+            timed.stdin.write(json.dumps({"scene": str(scene), "jobs": jobs}))
+            timed.stdin.close()
+            for line in timed.stdout:
+                yield float(line)
+        if timed.returncode:
+            log.seek(0)
+            raise DeviceError("the timed bakes failed", where="bench", remedy=log.read().strip()[-400:])
 
 
 def main() -> None:
