@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bake.arrays import BoolArray, Int64Array
+from bake.in_parts import in_parts
 
 UInt64Array = NDArray[np.uint64]
 
@@ -25,33 +26,39 @@ def number_rows(columns: Sequence[NDArray[np.float64]]) -> tuple[Int64Array, Int
     Returns:
         Shape (n,), int64, in [0, d) for d distinct rows; and the first row of each number, shape (d,), int64.
     """
-    positive = [column + 0.0 for column in columns]  # -0.0 has other bits than 0.0
-    keys = mixed_keys([column.view(np.uint64) for column in positive])
+    count = len(columns[0])
+    keys = np.empty(count, np.uint64)
+
+    def mix(begin: int, end: int) -> None:
+        positive = [column[begin:end] + 0.0 for column in columns]  # -0.0 has other bits than 0.0
+        keys[begin:end] = mixed_keys([column.view(np.uint64) for column in positive])
+
+    in_parts(mix, count)
     # The upper bits of a key tell almost all rows apart, and leave room to sort the rows' places along with them.
-    shift = np.uint64(len(keys).bit_length())
-    upper = keys >> shift
-    order = stable_order(upper, (1 << (64 - int(shift))) - 1)
-    is_new, told_apart = _new_rows(positive, order, upper)
+    upper = keys >> np.uint64(count.bit_length())
+    order, is_new, told_apart = _new_rows(columns, *sorted_with_places(upper, (1 << (64 - count.bit_length())) - 1))
     if not told_apart:
         order = np.argsort(keys, kind="stable")
-        is_new, told_apart = _new_rows(positive, order, keys)
+        order, is_new, told_apart = _new_rows(columns, keys[order], order)
     if not told_apart:  # two rows with one 64-bit key: never seen, still handled
-        order = np.lexsort(positive)
-        is_new, _ = _new_rows(positive, order, keys)
-    number = np.empty(len(keys), np.int64)
+        order = np.lexsort([column + 0.0 for column in columns])
+        order, is_new, _ = _new_rows(columns, np.zeros(count, np.uint64), order)
+    number = np.empty(count, np.int64)
     number[order] = np.cumsum(is_new) - 1
     return number, order[is_new]
 
 
-def _new_rows(columns: Sequence[NDArray[np.float64]], order: Int64Array, keys: UInt64Array) -> tuple[BoolArray, bool]:
-    """Which rows, in an order by their keys, differ from the one before, shape (n,); and whether those keys do."""
-    is_new = np.zeros(len(order), np.bool_)
-    is_new[:1] = True
+def _new_rows(
+    columns: Sequence[NDArray[np.float64]], keys: UInt64Array, order: Int64Array
+) -> tuple[Int64Array, BoolArray, bool]:
+    """The order, which rows in it differ from the one before, shape (n,); and whether their ascending keys do too."""
+    is_new = np.ones(len(order), np.bool_)
+    is_new[1:] = keys[1:] != keys[:-1]
+    alike = np.flatnonzero(~is_new)  # others differ already by their keys
+    here, before = order[alike], order[alike - 1]
     for column in columns:
-        values = column.take(order)
-        is_new[1:] |= values[1:] != values[:-1]
-    sorted_keys = keys.take(order)
-    return is_new, not (is_new[1:] & (sorted_keys[1:] == sorted_keys[:-1])).any()
+        is_new[alike] |= column[here] != column[before]
+    return order, is_new, not is_new[alike].any()
 
 
 def mixed_keys(columns: Sequence[NDArray[Any]]) -> UInt64Array:
@@ -70,13 +77,33 @@ def mixed_keys(columns: Sequence[NDArray[Any]]) -> UInt64Array:
 
 
 def stable_order(keys: UInt64Array, most: int) -> Int64Array:
-    """`np.argsort(keys, kind="stable")` for keys up to `most`, several times as fast where they leave room.
+    """`np.argsort(keys, kind="stable")` for keys up to `most`, several times as fast where they leave room."""
+    return sorted_with_places(keys, most)[1]
 
-    Numbers are sorted many times faster than their places: each key takes its place along in its low bits.
+
+def sorted_with_places(keys: UInt64Array, most: int) -> tuple[UInt64Array, Int64Array]:
+    """Keys up to `most` in ascending order, and where each was, equal ones in their order; each shape (n,).
+
+    Numbers are sorted many times faster than their places: each key takes its place along in its low bits if there is
+    room.
     """
     bits = len(keys).bit_length()
     if most.bit_length() + bits > 64:
-        return np.argsort(keys, kind="stable")
-    packed = (keys << np.uint64(bits)) | np.arange(len(keys), dtype=np.uint64)
+        order = np.argsort(keys, kind="stable")
+        return keys[order], order
+    shift, places = np.uint64(bits), np.uint64((1 << bits) - 1)
+    packed = np.empty(len(keys), np.uint64)
+
+    def pack(begin: int, end: int) -> None:
+        packed[begin:end] = (keys[begin:end] << shift) | np.arange(begin, end, dtype=np.uint64)
+
+    in_parts(pack, len(keys))
     packed.sort()
-    return (packed & np.uint64((1 << bits) - 1)).astype(np.int64)
+    order = np.empty(len(keys), np.int64)
+
+    def unpack(begin: int, end: int) -> None:
+        order[begin:end] = packed[begin:end] & places
+        packed[begin:end] >>= shift
+
+    in_parts(unpack, len(keys))
+    return packed, order

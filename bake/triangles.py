@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bake.arrays import Float32Array, Float64Array, Int32Array, Int64Array
+from bake.arrays import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array
+from bake.in_parts import in_parts
 
 Vectors = tuple[Float64Array, Float64Array, Float64Array]
 """x, y and z of n vectors, each shape (n,), float64."""
@@ -31,6 +32,18 @@ class Triangles:
         """The vectors from each corner to the next of faces `begin` to `end`."""
         a, b, c = ([axis.take(corner) for axis in self._positions] for corner in self.corners(begin, end))
         return _between(a, b), _between(b, c), _between(c, a)
+
+
+def touching(faces: Int32Array | Int64Array, marked: BoolArray) -> BoolArray:
+    """Faces, shape (m, 3), that have a marked vertex, shape (m,)."""
+    found = np.empty(len(faces), np.bool_)
+
+    def part(begin: int, end: int) -> None:
+        at = marked.take(faces[begin:end])
+        found[begin:end] = at[:, 0] | at[:, 1] | at[:, 2]
+
+    in_parts(part, len(faces))
+    return found
 
 
 def columns(vectors: Float64Array | Float32Array) -> Vectors:

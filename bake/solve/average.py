@@ -8,6 +8,8 @@ blurs by about one ring of faces. Reference: NVIDIA's baking sample, its fallbac
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -51,21 +53,55 @@ def weighted_average(surface: Surface, mass: Float64Array, rhs: Float64Array) ->
     return np.clip(values, 0.0, 1.0), starved
 
 
-def nearest_among(position: Float64Array, known: Int64Array, wanted: Int64Array) -> Int64Array:
+def nearest_among(
+    position: Float64Array,
+    known: Int64Array,
+    wanted: Int64Array,
+    order: Callable[[], Int64Array] | None = None,
+) -> Int64Array:
     """The unknown of `known`, sorted, that is nearest in space to each of `wanted`; of equally near ones the first.
 
     Twin sheets make equal distances common, and which one a search tree meets first hangs on all that is in it.
+
+    Args:
+        position: Shape (u, 3).
+        known: Shape (n,).
+        wanted: Shape (w,).
+        order: Tells the place of every unknown in the order in which the first is sought, shape (u,), if that is not
+            the one of their numbers; only called if it matters.
     """
-    return known[nearest_in(cKDTree(position[known], balanced_tree=False, compact_nodes=False), position[wanted])[0]]
+    place, distance = _nearest_places(position[known], position[wanted])
+    ties = distance <= distance[:, :1] * (1.0 + TIED)
+    if order is None:
+        return known[np.where(ties, place, len(known)).min(axis=1)]
+    if not ties[:, 1:].any():
+        return known[place[:, 0]]
+    rank = order()
+    if ties.shape[1] < len(known) and ties.all(axis=1).any():  # there may be more: which were found is up to the tree
+        known = known[np.argsort(rank[known])]
+        return nearest_among(position, known, wanted)
+    first = np.where(ties, rank[known[place]], np.iinfo(np.int64).max).argmin(axis=1)
+    return known[place[np.arange(len(wanted)), first]]
+
+
+def _nearest_places(points: Float64Array, around: Float64Array) -> tuple[Int64Array, Float64Array]:
+    return nearest_few(cKDTree(points, balanced_tree=False, compact_nodes=False), around)
 
 
 def nearest_in(tree: cKDTree, points: Float64Array) -> tuple[Int64Array, Float64Array]:
     """Which of a tree's points is nearest to each of some others, of equally near ones the first, and how near."""
-    found = tree.query(points, min(TIES, tree.n))
-    distance: Float64Array = np.asarray(found[0], np.float64).reshape(len(points), -1)
-    place: Int64Array = np.asarray(found[1], np.int64).reshape(len(points), -1)
+    place, distance = nearest_few(tree, points)
     ties = distance <= distance[:, :1] * (1.0 + TIED)
     return np.where(ties, place, tree.n).min(axis=1), distance[:, 0]
+
+
+def nearest_few(tree: cKDTree, points: Float64Array) -> tuple[Int64Array, Float64Array]:
+    """The `TIES` points of a tree, or all, that are nearest to each of some others, by distance; and how near."""
+    shape = len(points), min(TIES, tree.n)
+    found = tree.query(points, shape[1])
+    distance: Float64Array = np.asarray(found[0], np.float64).reshape(shape)
+    place: Int64Array = np.asarray(found[1], np.int64).reshape(shape)
+    return place, distance
 
 
 def fill_by_rings(edges: Int64Array, values: Float64Array, starved: BoolArray) -> BoolArray:
@@ -77,16 +113,20 @@ def fill_by_rings(edges: Int64Array, values: Float64Array, starved: BoolArray) -
         starved: Shape (u,).
     """
     known = ~starved
-    touching = edges[starved[edges].any(axis=1)]
-    tail: Int64Array = np.concatenate([touching[:, 0], touching[:, 1]])
-    head: Int64Array = np.concatenate([touching[:, 1], touching[:, 0]])
-    into = starved[head]
-    tail, head = tail[into], head[into]
+    at_end = starved[edges]
+    # each edge once for each of its starved ends, the second ends first
+    tail: Int64Array = np.concatenate([edges[at_end[:, 1], 0], edges[at_end[:, 0], 1]])
+    head: Int64Array = np.concatenate([edges[at_end[:, 1], 1], edges[at_end[:, 0], 0]])
+    reached, number = np.zeros(len(starved), np.bool_), np.empty(len(starved), np.int64)
     while len(tail):
         ready = known[tail]
         if not ready.any():
             break
-        targets, slot = np.unique(head[ready], return_inverse=True)
+        reached[head[ready]] = True
+        targets = np.flatnonzero(reached)
+        reached[targets] = False
+        number[targets] = np.arange(len(targets))
+        slot = number[head[ready]]
         share = np.bincount(slot)
         for column in range(values.shape[1]):
             values[targets, column] = np.bincount(slot, values[tail[ready], column]) / share

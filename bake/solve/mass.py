@@ -14,9 +14,11 @@ Kavan et al. 2011, "Least Squares Vertex Baking".
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
+from bake.in_parts import AT_ONCE, in_parts, in_spans
 from bake.solve.scatter import scatter_add
 from bake.solve.surface import Surface
 from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SampleSet
@@ -43,7 +45,10 @@ class FaceMoments:
     @property
     def mass(self) -> Float64Array:
         """Σ dA φ_i, shape (m, 3), m²."""
-        return self.square + self.mixed + self.mixed[:, [2, 0, 1]]
+        mass = self.square + self.mixed
+        for i in range(3):
+            mass[:, i] += self.mixed[:, i - 1]
+        return mass
 
     def only(self, faces: Int64Array) -> FaceMoments:
         """The sums of some faces."""
@@ -91,26 +96,40 @@ def sum_moments(row: Int64Array, faces: int, samples: SampleSet, ao: Float32Arra
     columns = ao.shape[1]
     used = np.flatnonzero(valid & (row >= 0))
     row = row[used]
-    area = samples.area[used].astype(np.float64)
-    phi = np.empty((3, len(used)))
-    phi[:2] = samples.barycentric[used].T
-    phi[2] = 1.0 - phi[0] - phi[1]
+    count, square, mixed = np.zeros(faces), np.zeros((faces, 3)), np.zeros((faces, 3))
+    value, value_square = np.zeros((faces, 3, columns)), np.zeros((faces, columns))
 
-    def total(values: Float64Array) -> Float64Array:
-        return scatter_add(row, values, faces)
-
-    square, mixed = np.empty((faces, 3)), np.empty((faces, 3))
-    value, value_square = np.empty((faces, 3, columns)), np.empty((faces, columns))
-    weighted = phi * area
-    for i in range(3):
-        square[:, i] = total(weighted[i] * phi[i])
-        mixed[:, i] = total(weighted[i] * phi[(i + 1) % 3])
-    for k in range(columns):
-        column = ao[used, k].astype(np.float64)
+    def part(begin: int, end: int) -> None:
+        own, first = used[begin:end], int(row[begin:end].min())
+        here = row[begin:end] - first
+        rows = slice(first, first + int(here.max()) + 1)
+        area = samples.area[own].astype(np.float64)
+        phi = np.empty((3, len(own)))
+        phi[:2] = samples.barycentric[own].T
+        phi[2] = 1.0 - phi[0] - phi[1]
+        count[rows] = np.bincount(here)
+        weighted = phi * area
         for i in range(3):
-            value[:, i, k] = total(weighted[i] * column)
-        value_square[:, k] = total(area * column * column)
-    return FaceMoments(total(np.ones(len(used))), square, mixed, value, value_square)
+            square[rows, i] = np.bincount(here, weighted[i] * phi[i])
+            mixed[rows, i] = np.bincount(here, weighted[i] * phi[(i + 1) % 3])
+        for k in range(columns):
+            column = ao[own, k].astype(np.float64)
+            for i in range(3):
+                value[rows, i, k] = np.bincount(here, weighted[i] * column)
+            value_square[rows, k] = np.bincount(here, area * column * column)
+
+    in_spans(part, _spans_of_rows(row))
+    return FaceMoments(count, square, mixed, value, value_square)
+
+
+def _spans_of_rows(row: Int64Array) -> list[tuple[int, int]]:
+    """Parts of samples that share no face: where they come face by face, as they mostly do; else one part."""
+    if not len(row):
+        return []
+    if len(row) <= AT_ONCE or not (row[1:] >= row[:-1]).all():
+        return [(0, len(row))]
+    begins = np.unique(np.searchsorted(row, row[::AT_ONCE]))
+    return list(pairwise([*begins.tolist(), len(row)]))
 
 
 def at_corners(surface: Surface, per_corner: Float64Array) -> Float64Array:
@@ -145,8 +164,18 @@ def right_hand_side(surface: Surface, moments: FaceMoments) -> Float64Array:
 def square_error(corners: Int64Array, values: Float64Array, moments: FaceMoments) -> Float64Array:
     """Σ dA (interpolated value - sample)² over some faces, shape (k,), m², from their sums."""
     errors = np.zeros(values.shape[1])
+    squares, products = np.empty((2, *corners.shape))
     for k in range(values.shape[1]):
-        x = values[:, k][corners]
-        square = (moments.square * x * x + 2.0 * moments.mixed * x * x[:, [1, 2, 0]]).sum()
-        errors[k] = square - 2.0 * (moments.value[:, :, k] * x).sum() + moments.value_square[:, k].sum()
+        column = np.ascontiguousarray(values[:, k])
+
+        def part(begin: int, end: int, k: int = k, column: Float64Array = column) -> None:
+            here = slice(begin, end)
+            x = column.take(corners[here])
+            turned = np.empty_like(x)
+            turned[:, :2], turned[:, 2] = x[:, 1:], x[:, 0]
+            squares[here] = moments.square[here] * x * x + 2.0 * moments.mixed[here] * x * turned
+            np.multiply(moments.value[here, :, k], x, out=products[here])
+
+        in_parts(part, len(corners))
+        errors[k] = squares.sum() - 2.0 * products.sum() + moments.value_square[:, k].sum()
     return errors

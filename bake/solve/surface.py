@@ -9,9 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
+from bake.equal_rows import UInt64Array, stable_order
 from bake.geometry import face_normals
 from bake.solve.butterflies import Butterflies, find_edges, unfold, without_slivers
 from bake.solve.weld import weld_vertices
@@ -156,19 +157,41 @@ def matrix_pattern(edges: Int64Array, wings: Int32Array, count: int) -> tuple[In
 
 def by_component(unknown: Int64Array, corners: Int64Array, count: int) -> tuple[Int64Array, Int64Array, Int64Array]:
     """Renumbers unknowns so that each connected component is contiguous, in the order of its first vertex."""
-    ends = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]]])
-    graph = coo_array((np.ones(len(ends), np.int8), (ends[:, 0], ends[:, 1])), shape=(count, count))
-    components, label = connected_components(graph, directed=False)
-    taken = np.flatnonzero(unknown >= 0)
-    appearance = np.full(count, len(unknown), np.int64)
-    np.minimum.at(appearance, unknown[taken], taken)
-    begins = np.full(components, len(unknown), np.int64)
-    np.minimum.at(begins, label, appearance)
-    order = np.lexsort((appearance, begins[label]))
+    components, label, begins, keys = _component_keys(unknown, corners, count)
     place = np.empty(count, np.int64)
-    place[order] = np.arange(count)
+    place[stable_order(keys, int(keys.max(initial=0)))] = np.arange(count)
+    taken = np.flatnonzero(unknown >= 0)
     renumbered = np.full(len(unknown), -1, np.int64)
     renumbered[taken] = place[unknown[taken]]
     first = np.zeros(components + 1, np.int64)
     first[1:] = np.cumsum(np.bincount(label, minlength=components)[np.argsort(begins, kind="stable")])
     return renumbered, place[corners], first
+
+
+def component_order(unknown: Int64Array, corners: Int64Array, count: int) -> Int64Array:
+    """Numbers that stand in the order into which `by_component` brings the unknowns, shape (count,), int64."""
+    return _component_keys(unknown, corners, count)[3].astype(np.int64)
+
+
+def _component_keys(
+    unknown: Int64Array, corners: Int64Array, count: int
+) -> tuple[int, Int32Array, Int64Array, UInt64Array]:
+    """How many components there are, each unknown's, the first vertex of each, and keys that bring unknowns in order.
+
+    Keys grow by the first vertex of the component, then by the unknown's own first.
+    """
+    # A graph of unknowns and faces, each face tied to its corners: its rows are the faces as they stand.
+    faces = len(corners)
+    begin = np.zeros(count + faces + 1, np.int32)
+    begin[count:] = np.arange(0, 3 * faces + 1, 3)
+    links = (np.ones(3 * faces), corners.reshape(-1).astype(np.int32), begin)
+    graph = csr_array(links, shape=(count + faces, count + faces))
+    components, label = connected_components(graph, directed=True, connection="weak")
+    label = label[:count]  # numbered as they come, unknowns first
+    vertices = len(unknown)
+    taken = np.flatnonzero(unknown >= 0)
+    appearance = np.full(count, vertices, np.int64)
+    appearance[unknown[taken[::-1]]] = taken[::-1]  # the first comes last and stays
+    begins = np.full(components, vertices, np.int64)
+    np.minimum.at(begins, label, appearance)
+    return components, label, begins, (begins[label] * (vertices + 1) + appearance).astype(np.uint64)

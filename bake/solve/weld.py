@@ -17,6 +17,7 @@ The relation is made transitive, so that a fan of slightly turned normals welds 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -25,7 +26,7 @@ from scipy.spatial import cKDTree
 
 from bake.equal_rows import number_rows, stable_order
 from bake.in_parts import in_parts
-from bake.triangles import Triangles, columns, normals_of
+from bake.triangles import Triangles, columns, normals_of, touching
 from bake.types import BoolArray, Float64Array, Int64Array, World
 
 ACROSS_OBJECTS = 1e-4
@@ -51,29 +52,38 @@ def weld_vertices(
     if not len(chosen):
         return np.full(world.vertex_count, -1, np.int64), 0
     place = _places(world, chosen, weld_instances, extent)
-    group = _split_at_creases(place, outward_normals(world)[chosen], crease_angle)
+    group = _split_at_creases(place, lambda several: outward_normals(world, chosen[several]), crease_angle)
+    if len(chosen) == world.vertex_count:
+        return group, int(group.max()) + 1
     unknown = np.full(world.vertex_count, -1, np.int64)
     unknown[chosen] = group
     return unknown, int(group.max()) + 1
 
 
-def outward_normals(world: World) -> Float64Array:
-    """Vertex normals on the side that the vertex's faces show, shape (n, 3), unit or zero.
+def outward_normals(world: World, vertices: Int64Array) -> Float64Array:
+    """Normals of some vertices on the side that the vertex's faces show, shape (n, 3), unit or zero.
 
     A normal that points against the area-weighted mean of its faces' normals is turned round (as NVIDIA's baking
     sample does per face); a vertex without a normal takes that mean.
+
+    Args:
+        world: The flattened scene.
+        vertices: Shape (n,), int64.
     """
-    triangles, scaled = Triangles(world.positions, world.faces), np.empty((3, world.face_count))
+    wanted = np.zeros(world.vertex_count, np.bool_)
+    wanted[vertices] = True
+    faces = world.faces[touching(world.faces, wanted)]
+    triangles, scaled = Triangles(world.positions, faces), np.empty((3, len(faces), 3))
 
     def part(begin: int, end: int) -> None:
-        scaled[:, begin:end] = normals_of(triangles.sides(begin, end))
+        scaled[:, begin:end] = np.stack(normals_of(triangles.sides(begin, end)))[:, :, None]
 
-    in_parts(part, world.face_count)
-    mean = np.empty((world.vertex_count, 3))
+    in_parts(part, len(faces))
+    mean, corners = np.empty((len(vertices), 3)), faces.ravel().astype(np.int64)
     for axis in range(3):
-        mean[:, axis] = np.bincount(world.faces.ravel(), np.repeat(scaled[axis], 3), minlength=world.vertex_count)
+        mean[:, axis] = np.bincount(corners, scaled[axis].ravel(), minlength=world.vertex_count)[vertices]
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
-    normals = world.normals.astype(np.float64)
+    normals = world.normals[vertices].astype(np.float64)
     against = np.einsum("ij,ij->i", normals, mean) < 0
     normals[against] *= -1
     missing = np.einsum("ij,ij->i", normals, normals) < 0.25
@@ -91,14 +101,23 @@ def weld_quantum(extent: float) -> float:
 
 def _places(world: World, chosen: Int64Array, weld_instances: bool, extent: float | None) -> Int64Array:
     """Equal numbers for coincident vertices that may be welded, shape (len(chosen),)."""
-    owner = np.repeat(np.arange(world.object_count), np.diff(world.first_vertex))[chosen]
+    whole = len(chosen) == world.vertex_count
     joins = np.array([weld_instances if keys.weld is None else keys.weld for keys in world.object_keys], dtype=np.bool_)
+    owners = np.repeat(np.arange(world.object_count), np.diff(world.first_vertex))
+    owner = owners if whole else owners[chosen]
     across = joins[owner]
-    positions = world.positions[chosen]
-    quantum = weld_quantum(float(np.abs(positions).max()) if extent is None else extent)
-    cells: Float64Array = np.round(positions / quantum)
-    own = np.where(across, -1, owner)
-    place, _ = number_rows([own.astype(np.float64), *columns(cells)])
+    positions = world.positions if whole else world.positions[chosen]
+    quantum = weld_quantum(max(abs(float(positions.max())), abs(float(positions.min()))) if extent is None else extent)
+    cells = np.empty((4, len(chosen)))
+
+    def part(begin: int, end: int) -> None:
+        here = slice(begin, end)
+        cells[0, here] = np.where(across[here], -1, owner[here])
+        for axis in range(3):
+            np.round(positions[here, axis] / quantum, out=cells[1 + axis, here])
+
+    in_parts(part, len(chosen))
+    place, _ = number_rows([*cells])
     if across.any():
         members = np.flatnonzero(across)
         _, first = np.unique(place[members], return_index=True)
@@ -110,14 +129,16 @@ def _places(world: World, chosen: Int64Array, weld_instances: bool, extent: floa
     return place
 
 
-def _split_at_creases(place: Int64Array, normals: Float64Array, crease_angle: float) -> Int64Array:
+def _split_at_creases(
+    place: Int64Array, normals: Callable[[Int64Array], Float64Array], crease_angle: float
+) -> Int64Array:
     """Parts each place into groups whose normals are linked by steps within the crease angle, shape (n,)."""
     shared = np.bincount(place)[place] > 1
     alone, several = np.flatnonzero(~shared), np.flatnonzero(shared)
     group = np.empty(len(place), np.int64)
     group[alone] = np.arange(len(alone))
     if len(several):
-        group[several] = len(alone) + _parted(place[several], normals[several], crease_angle)
+        group[several] = len(alone) + _parted(place[several], normals(several), crease_angle)
     return group
 
 
