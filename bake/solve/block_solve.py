@@ -10,7 +10,6 @@ for every row and kept: small changes that are passed over add up in the gradien
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +18,8 @@ from scipy.sparse.csgraph import connected_components
 
 from bake.settings import BakeSettings, MappingKind
 from bake.solve.block import Block, entries_of
-from bake.solve.conjugate_gradient import HELD, BoxSolution, BoxSolver
+from bake.solve.box_choice import box_solver
+from bake.solve.conjugate_gradient import HELD, BoxSolution, BoxSolver, Columns
 from bake.solve.direct import finished
 from bake.solve.mass import FaceMoments, square_error
 from bake.solve.starved import rows_of, settle_starved
@@ -45,9 +45,6 @@ EASED = 0.3
 WHOLE_TOLERANCE = 1e-11
 ACCEPTABLE = 1e-4
 MOST_ITERATIONS = 200
-
-Columns = Callable[[Callable[[int], BoxSolution], Iterable[int]], Iterator[BoxSolution]]
-"""Does the same for each distance, side by side or one after another."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +77,7 @@ def solve_block(
     mapping: MappingKind,
     tolerance: float,
     columns: Columns,
+    device: str,
 ) -> Solved:
     """Solves what has to be.
 
@@ -91,17 +89,18 @@ def solve_block(
         alpha, mapping: As before.
         tolerance: In AO; 0 for a whole solve to the end.
         columns: How distances are gone through.
+        device: Where to, as the settings name it.
     """
     after = replace(block, equations=equations, moments=moments, tolerance=tolerance)
     if mapping is MappingKind.AVERAGE or tolerance <= 0.0 or len(zone) > WORTHWHILE * len(block.values):
-        return solve_whole(after, alpha, mapping, tolerance, columns)
+        return solve_whole(after, alpha, mapping, tolerance, columns, device)
     pull = equations.pull(alpha)
     gradient = _gradient(block, equations, zone, alpha, pull)
     weight = _weight(equations, alpha, pull)
     after = replace(after, pull=pull, gradient=gradient)
     ignored = np.repeat(block.failed, np.diff(block.surface.first)) if block.failed.any() else None
     if ignored is not None and ignored[zone].any():
-        return solve_whole(after, alpha, mapping, tolerance, columns)
+        return solve_whole(after, alpha, mapping, tolerance, columns, device)
     x, held = block.values, block.held
     touched = np.zeros(len(x), np.bool_)
     iterations = 0
@@ -124,7 +123,7 @@ def solve_block(
         within = EASED * tolerance / AMPLIFIED * weight
         patch = np.flatnonzero(members)
         iterations = max(iterations, _patch(patch, equations, alpha, x, gradient, held, within, columns))
-    return solve_whole(replace(after, values=x), alpha, mapping, tolerance, columns)
+    return solve_whole(replace(after, values=x), alpha, mapping, tolerance, columns, device)
 
 
 def _miss(gradient: Float64Array, x: Float64Array) -> Float64Array:
@@ -232,7 +231,9 @@ def _patch(
     return iterations
 
 
-def solve_whole(block: Block, alpha: float, mapping: MappingKind, tolerance: float, columns: Columns) -> Solved:
+def solve_whole(
+    block: Block, alpha: float, mapping: MappingKind, tolerance: float, columns: Columns, device: str
+) -> Solved:
     """Solves for all values of a block, from those it has; arguments as for `solve_block`."""
     first = block.surface.first
     x, held = block.values.copy(), block.held.copy()
@@ -242,22 +243,20 @@ def solve_whole(block: Block, alpha: float, mapping: MappingKind, tolerance: flo
         )
     system = block.equations.system(alpha)
     diagonal = system.matrix.diagonal()
-    solver = BoxSolver(system.matrix, first)
+    solver = box_solver(system.matrix, first, device)
     pull = block.equations.pull(alpha)
     weight = _weight(block.equations, alpha, pull)
     within = EASED * tolerance / AMPLIFIED * weight if tolerance > 0.0 else None
-
-    def solve(k: int) -> BoxSolution:
-        found = solver.solve(
-            system.rhs[:, k], x[:, k], tolerance=WHOLE_TOLERANCE, within=within, most_iterations=MOST_ITERATIONS
-        )
-        return finished(solver, system.rhs[:, k], found)
 
     gradient = np.empty(x.shape)
     failed = np.zeros(len(first) - 1, np.bool_)
     iterations, residual = 0, 0.0
     values = x.copy()
-    for k, solution in enumerate(columns(solve, range(x.shape[1]))):
+    solutions = solver.solve_all(
+        system.rhs, x, tolerance=WHOLE_TOLERANCE, within=within, most_iterations=MOST_ITERATIONS, columns=columns
+    )
+    for k, found in enumerate(solutions):
+        solution = finished(solver, system.rhs[:, k], found)
         values[:, k], held[:, k] = solution.x, solution.held
         gradient[:, k] = solution.gradient * diagonal
         iterations = max(iterations, solution.iterations)
@@ -277,6 +276,7 @@ def solve_whole(block: Block, alpha: float, mapping: MappingKind, tolerance: flo
             but=back,
             tolerance=WHOLE_TOLERANCE,
             most_iterations=MOST_ITERATIONS,
+            device=device,
         )
     done = _finished(block, values, gradient, held, failed, tolerance, pull)
     if within is None:
@@ -295,7 +295,7 @@ def begin_values(block: Block, values: Float64Array, settings: BakeSettings, *, 
         averaged: Whether some components may not have converged and keep their average.
     """
     if settings.mapping is MappingKind.AVERAGE:
-        return solve_whole(block, settings.alpha, settings.mapping, 0.0, map).block
+        return solve_whole(block, settings.alpha, settings.mapping, 0.0, map, settings.device).block
     first = block.surface.first
     system = block.equations.system(settings.alpha)
     gradient = system.matrix @ values - system.rhs

@@ -24,7 +24,8 @@ from bake.solve.block import (
 )
 from bake.solve.block_equations import update_equations
 from bake.solve.block_field import read_values
-from bake.solve.block_solve import Columns, Solved, solve_block, solve_whole
+from bake.solve.block_solve import Solved, solve_block, solve_whole
+from bake.solve.conjugate_gradient import Columns
 from bake.solve.far_fill import Places
 from bake.solve.mass import FaceMoments
 from bake.solve.prior import ScatterSums, SceneScatter
@@ -156,11 +157,11 @@ class BlockStep:
         if self._draft is not None:
             block = replace(self.block, equations=self.equations, values=self.equations.average, places=self.places)
             block = replace(block, values=read_values(bake.world, block, before))
-            return solve_whole(block, settings.alpha, settings.mapping, tolerance, columns)
+            return solve_whole(block, settings.alpha, settings.mapping, tolerance, columns, settings.device)
         block = replace(self.block, scene=scene, sums=self.sums, places=self.places)
         if old.mapping is MappingKind.AVERAGE or settings.alpha != old.alpha or settings.mapping is not old.mapping:
             block = replace(block, equations=self.equations, moments=self._moments)
-            return solve_whole(block, settings.alpha, settings.mapping, tolerance, columns)
+            return solve_whole(block, settings.alpha, settings.mapping, tolerance, columns, settings.device)
         return solve_block(
             block,
             self.equations,
@@ -171,4 +172,5 @@ class BlockStep:
             mapping=settings.mapping,
             tolerance=tolerance,
             columns=columns,
+            device=settings.device,
         )

@@ -14,6 +14,7 @@ that cannot be solved is known by its own residual.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +30,10 @@ WORTHWHILE = 0.6
 
 HELD = 1e-4
 """How far, judged by the gradient, a value must want to leave the box to count as held back."""
+
+
+Columns = Callable[[Callable[[int], "BoxSolution"], Iterable[int]], Iterator["BoxSolution"]]
+"""Does the same for each right-hand side, side by side or one after another."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,41 +107,89 @@ class BoxSolver:
                 every unknown is at most this, in the unit of the right-hand side.
             most_iterations: Products with the matrix after which a component is given up.
         """
+        asked = self.asked(rhs, tolerance, within)
+        found = Found.none(len(rhs), len(asked.goal))
+        x = np.clip(start, 0.0, 1.0) * asked.part.scale
+        state = FaceState.begin(asked.part, asked.b, x, asked.goal)
+        _iterate(asked.part, state, most_iterations, found, np.arange(len(x)), np.arange(len(asked.goal)))
+        return self.told(asked, found, most_iterations)
+
+    def solve_all(
+        self,
+        rhs: Float64Array,
+        start: Float64Array,
+        *,
+        tolerance: float = 1e-8,
+        within: Float64Array | None = None,
+        most_iterations: int = 200,
+        columns: Columns = map,
+    ) -> Iterator[BoxSolution]:
+        """Solves for right-hand sides of shape (n, k); arguments as for `solve`, and how they are gone through."""
+
+        def column(k: int) -> BoxSolution:
+            return self.solve(
+                rhs[:, k], start[:, k], tolerance=tolerance, within=within, most_iterations=most_iterations
+            )
+
+        return columns(column, range(rhs.shape[1]))
+
+    def asked(self, rhs: Float64Array, tolerance: float, within: Float64Array | None) -> Asked:
+        """One right-hand side in the scaled unknowns, with the goal of each component."""
         part = self._whole
         b = rhs / part.scale
         norm = np.sqrt(part.sum(b * b))
-        goal = tolerance * norm
-        if within is not None:
-            part, goal = replace(part, reach=part.scale / within), np.ones(len(norm))
-        found = _Found.none(len(b), len(norm))
-        state: FaceState | ProportioningState
-        state = FaceState.begin(part, b, np.clip(start, 0.0, 1.0) * part.scale, goal)
-        _iterate(part, state, most_iterations, found, np.arange(len(b)), np.arange(len(norm)))
+        if within is None:
+            return Asked(part, b, tolerance * norm, np.where(norm > 0, norm, 1.0))
+        return Asked(replace(part, reach=part.scale / within), b, np.ones(len(norm)), np.ones(len(norm)))
+
+    def told(self, asked: Asked, found: Found, most_iterations: int) -> BoxSolution:
+        """The solution, once components that are stuck on their faces have been solved for within the box."""
+        part = asked.part
         if found.stuck.any():
-            components, unknowns = found.stuck, part.spread(found.stuck)
+            components, unknowns = found.stuck.copy(), part.spread(found.stuck)
             here = part.only(components, unknowns)
-            products = found.products[components]
             state = ProportioningState.begin(
-                here, found.x[unknowns], found.gradient[unknowns], goal[components], products
+                here, found.x[unknowns], found.gradient[unknowns], asked.goal[components], found.products[components]
             )
             _iterate(here, state, most_iterations, found, np.flatnonzero(unknowns), np.flatnonzero(components))
-        converged = found.measure <= goal
-        residual = found.measure / (np.where(norm > 0, norm, 1.0) if within is None else 1.0)
-        return solution_of(found.x / part.scale, found.gradient / part.scale, found.products, residual, converged)
-
-
-def solution_of(
-    x: Float64Array, gradient: Float64Array, products: Int64Array, residual: Float64Array, converged: BoolArray
-) -> BoxSolution:
-    """A solution with what follows from it: values clipped by the last bit, and which of them are held."""
-    x = np.clip(x, 0.0, 1.0)
-    held = ((x <= 0) & (gradient > HELD)) | ((x >= 1) & (gradient < -HELD))
-    return BoxSolution(x, int(products.max(initial=0)), residual, converged, held, gradient)
+        x, gradient = np.clip(found.x / part.scale, 0.0, 1.0), found.gradient / part.scale
+        return BoxSolution(
+            x=x,
+            iterations=int(found.products.max(initial=0)),
+            residual=found.measure / asked.norm,
+            converged=found.measure <= asked.goal,
+            held=((x <= 0) & (gradient > HELD)) | ((x >= 1) & (gradient < -HELD)),
+            gradient=gradient,
+        )
 
 
 @dataclass(frozen=True, slots=True)
-class _Found:
-    """Where each component ended, in scaled unknowns."""
+class Asked:
+    """One right-hand side in the scaled unknowns.
+
+    Attributes:
+        part: All components, with what their gradients are held against.
+        b: Shape (n,), float64.
+        goal: Shape (c,), float64: measure at which a component is done.
+        norm: Shape (c,), float64: what a measure is told in.
+    """
+
+    part: BoxPart
+    b: Float64Array
+    goal: Float64Array
+    norm: Float64Array
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Where each component ended, in scaled unknowns.
+
+    Attributes:
+        x, gradient: Shape (n,), float64.
+        measure: Shape (c,), float64: what is held against the goal.
+        products: Shape (c,), int64.
+        stuck: Shape (c,), bool: no projection from a face was good enough.
+    """
 
     x: Float64Array
     gradient: Float64Array
@@ -145,18 +198,22 @@ class _Found:
     stuck: BoolArray
 
     @staticmethod
-    def none(unknowns: int, components: int) -> _Found:
-        return _Found(
-            np.empty(unknowns), np.empty(unknowns), np.zeros(components), np.zeros(components, np.int64),
+    def none(unknowns: int, components: int) -> Found:
+        """Room for so many."""
+        return Found(
+            np.empty(unknowns),
+            np.empty(unknowns),
+            np.zeros(components),
+            np.zeros(components, np.int64),
             np.zeros(components, np.bool_),
-        )  # fmt: skip
+        )
 
 
 def _iterate(
     part: BoxPart,
     state: FaceState | ProportioningState,
     most: int,
-    found: _Found,
+    found: Found,
     unknowns: Int64Array,
     components: Int64Array,
 ) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from bake.settings import BakeSettings, MappingKind
 from bake.solve.averaged import average_to_vertices, refuse_unfinished, sample_rmse
-from bake.solve.conjugate_gradient import BoxSolution, BoxSolver
+from bake.solve.box_choice import box_solver, prepare
 from bake.solve.direct import finished
 from bake.solve.mass import FaceMoments, face_moments
 from bake.solve.prior import SceneScatter
@@ -86,6 +86,8 @@ class VertexMapper:
         self._world = world
         self._samples = samples
         self._settings = settings
+        if settings.mapping is MappingKind.LEAST_SQUARES:
+            prepare(world.vertex_count, settings.distance_count, settings.device)
         self.surface = build_surface(world, crease_angle=settings.crease_angle, weld_instances=settings.weld_instances)
         own = [np.nan if keys.alpha is None else keys.alpha for keys in world.object_keys]
         self.own_alpha = np.array(own, np.float64)[self.surface.owner]
@@ -162,20 +164,17 @@ class VertexMapper:
             return _Outcome(values, held)
         tell("solve", 0.3)
         system = equations.system(alpha)
-        solver = BoxSolver(system.matrix, first)
+        solver = box_solver(system.matrix, first, self._settings.device)
         columns = values.shape[1]
-
-        def column(k: int) -> BoxSolution:
-            rhs = system.rhs[:, k]
-            return finished(
-                solver, rhs, solver.solve(rhs, guess[:, k], tolerance=TOLERANCE, most_iterations=MOST_ITERATIONS)
-            )
-
         iterations, residual = 0, 0.0
         failed = np.zeros(len(first) - 1, np.bool_)
         # NumPy and SciPy let go of the interpreter while they work: distances are solved side by side
         with ThreadPoolExecutor(min(columns, os.cpu_count() or 1), "solve") as pool:
-            for k, solution in enumerate(pool.map(column, range(columns))):
+            solutions = solver.solve_all(
+                system.rhs, guess, tolerance=TOLERANCE, most_iterations=MOST_ITERATIONS, columns=pool.map
+            )
+            for k, found in enumerate(solutions):
+                solution = finished(solver, system.rhs[:, k], found)
                 values[:, k], held[:, k] = solution.x, solution.held
                 iterations = max(iterations, solution.iterations)
                 bad = ~solution.converged & ~(solution.residual <= ACCEPTABLE)
@@ -186,7 +185,16 @@ class VertexMapper:
         if back.any():
             logger.warning("%d components did not converge and keep their average", int(failed.sum()))
             values[back], held[back] = system.average[back], False
-        settle_starved(equations, alpha, values, held, but=back, tolerance=TOLERANCE, most_iterations=MOST_ITERATIONS)
+        settle_starved(
+            equations,
+            alpha,
+            values,
+            held,
+            but=back,
+            tolerance=TOLERANCE,
+            most_iterations=MOST_ITERATIONS,
+            device=self._settings.device,
+        )
         limited = equations.limited if alpha > 0.0 else 0
         return _Outcome(values, held, iterations, residual, limited, int(np.count_nonzero(back)))
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from bake.solve.conjugate_gradient import BoxSolver
+from bake.solve.box_choice import box_solver
 from bake.solve.direct import finished
 from bake.solve.system import Equations
 from bake.types import BoolArray, Float64Array, Int64Array
@@ -27,6 +27,7 @@ def settle_starved(
     but: BoolArray | None = None,
     tolerance: float,
     most_iterations: int,
+    device: str,
 ) -> None:
     """Solves for the unknowns without samples, all others held, in place.
 
@@ -39,6 +40,7 @@ def settle_starved(
         but: Shape (u,), bool: unknowns that are left alone.
         tolerance: Relative projected residual at which a patch is done.
         most_iterations: For each distance.
+        device: Where to, as the settings name it.
     """
     lost = np.flatnonzero(equations.starved if but is None else equations.starved & ~but)
     if not len(lost):
@@ -53,15 +55,16 @@ def settle_starved(
     pieces, label = connected_components(square, directed=False)
     order = np.argsort(label, kind="stable")
     square = csr_array(square[order][:, order])
-    solver = BoxSolver(square, np.concatenate([[0], np.cumsum(np.bincount(label, minlength=pieces))]).astype(np.int64))
+    first = np.concatenate([[0], np.cumsum(np.bincount(label, minlength=pieces))]).astype(np.int64)
+    solver = box_solver(square, first, device)
     diagonal = equations.main_diagonal(alpha)[lost]
     across = csr_array((entry[~inside], (row[~inside], column[~inside])), shape=(len(lost), len(values)))
     rhs = equations.data[lost] + equations.pull(alpha)[lost, None] * equations.average[lost] - across @ values
     before = values[lost]
-    for k in range(values.shape[1]):
-        asked = rhs[order, k]
-        found = solver.solve(asked, before[order, k], tolerance=tolerance, most_iterations=most_iterations)
-        found = finished(solver, asked, found)
+    asked = rhs[order]
+    solutions = solver.solve_all(asked, before[order], tolerance=tolerance, most_iterations=most_iterations)
+    for k, solution in enumerate(solutions):
+        found = finished(solver, asked[:, k], solution)
         values[lost[order], k], held[lost[order], k] = found.x, found.held
         if gradient is not None:
             gradient[lost[order], k] = found.gradient * diagonal[order]

@@ -15,8 +15,9 @@ from bake.errors import SolveError
 from bake.settings import BakeSettings
 from bake.solve.block import Bake, Block, begun, cut_into_blocks, drafted
 from bake.solve.block_field import read_values, report_of, write_unbaked, write_values
-from bake.solve.block_solve import Columns, Solved, begin_values, solve_whole
+from bake.solve.block_solve import Solved, begin_values, solve_whole
 from bake.solve.block_step import BlockStep
+from bake.solve.conjugate_gradient import Columns
 from bake.solve.far_fill import Sources, filled_from_afar, find_sources
 from bake.solve.object_match import Match, receivers
 from bake.solve.prior import ScatterSums, SceneScatter
@@ -116,7 +117,10 @@ class FieldKeeper:
         if field is None:
             blocks = [replace(block, values=block.equations.average) for block in blocks]
             solved = _solved(
-                blocks, lambda block, columns: solve_whole(block, settings.alpha, settings.mapping, 0.0, columns)
+                blocks,
+                lambda block, columns: solve_whole(
+                    block, settings.alpha, settings.mapping, 0.0, columns, settings.device
+                ),
             )
             blocks = [one.block for one in solved]
             field = _field_of(bake, blocks, solved)

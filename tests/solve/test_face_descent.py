@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from box_cases import blocks, grids
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
@@ -12,6 +11,7 @@ from scipy.sparse import block_diag, csr_array
 
 import bake.solve.face_descent
 from bake.solve.conjugate_gradient import BoxSolver
+from tests.solve.box_cases import blocks, grids
 
 
 @given(st.integers(0, 2**32 - 1), st.lists(st.integers(1, 9), min_size=1, max_size=5))
