@@ -41,7 +41,7 @@ gpu-workloads:
 
 gpu-tests:
 	@if $(PYTHON) -c "import pytest, hypothesis" 2>/dev/null; then \
-		timeout 570 $(PYTHON) -m pytest -q -m cuda -W "ignore::pytest.PytestConfigWarning" tests/trace tests/decorators; \
+		timeout 570 $(PYTHON) -m pytest -q -m cuda -W "ignore::pytest.PytestConfigWarning" tests/trace tests/decorators tests/solve; \
 	else echo "no pytest here: parity is the first table of gpu-card"; fi
 
 gpu-scale:
