@@ -14,20 +14,11 @@ from bake.kernels.bodies import CLOSEST
 from bake.kernels.closest import nudged
 from bake.kernels.coincident import settler
 from bake.kernels.follow import MAX_LAYERS, NEXT_AFTER, TINY_STEP, follower
-from bake.kernels.rays import (
-    GOLDEN,
-    SECOND_DIMENSION,
-    THRESHOLD,
-    above_face,
-    concentric_disc,
-    first_tangent,
-    hash_u32,
-    owen_sobol,
-    to_unit,
-)
-from bake.kernels.surface import Surface, openness_at, sample_origin
+from bake.kernels.rays import above_face
+from bake.kernels.surface import Surface, openness_at
 from bake.kernels.veil import Veil, dimmer
 from bake.kernels.veil_list import list_boxes, list_leaves
+from bake.kernels.work import Fan, drawn, fan_at, ray_direction, ray_threshold
 
 wp.set_module_options({"enable_backward": False, "fast_math": False})
 
@@ -61,52 +52,11 @@ class Records:
     flags: wp.array(dtype=wp.uint8)
 
 
-@wp.struct
-class Sender:
-    """What all rays of a sample share."""
-
-    point: wp.vec3
-    face_normal: wp.vec3
-    shading_normal: wp.vec3
-    tangent: wp.vec3
-    bitangent: wp.vec3
-    first_seed: wp.uint32
-    second_seed: wp.uint32
-    threshold_seed: wp.uint32
-    block: wp.uint32
-
-
 @wp.func
-def sender(surface: Surface, chosen: Chosen, s: wp.int32) -> Sender:
-    """Origin, frame and seeds of sample `s`."""
+def fan_among(surface: Surface, chosen: Chosen, s: wp.int32) -> Fan:
+    """The rays of sample `s`."""
     face = chosen.face[s]
-    origin = sample_origin(surface, face, chosen.barycentric[s])
-    seed = chosen.face_seed[face]
-    sent = Sender()
-    sent.point = origin.point
-    sent.face_normal = origin.face_normal
-    sent.shading_normal = origin.shading_normal
-    sent.tangent = first_tangent(origin.shading_normal)
-    sent.bitangent = wp.cross(origin.shading_normal, sent.tangent)
-    sent.first_seed = hash_u32(seed)
-    sent.second_seed = hash_u32(seed ^ SECOND_DIMENSION)
-    sent.threshold_seed = hash_u32(seed ^ THRESHOLD)
-    sent.block = wp.uint32(chosen.index[s]) * wp.uint32(chosen.rays)
-    return sent
-
-
-@wp.func
-def drawn(sent: Sender, j: wp.int32) -> wp.vec3:
-    """Direction of ray `j` before it is brought above the face."""
-    disc = concentric_disc(owen_sobol(sent.block + wp.uint32(j), sent.first_seed, sent.second_seed))
-    height = wp.sqrt(wp.max(0.0, 1.0 - disc[0] * disc[0] - disc[1] * disc[1]))
-    return disc[0] * sent.tangent + disc[1] * sent.bitangent + height * sent.shading_normal
-
-
-@wp.func
-def threshold_of(sent: Sender, j: wp.int32) -> wp.float32:
-    """Share of openness at which ray `j` stops."""
-    return to_unit(sent.threshold_seed + (sent.block + wp.uint32(j)) * GOLDEN)
+    return fan_at(surface, face, chosen.barycentric[s], chosen.face_seed[face], chosen.index[s], chosen.rays)
 
 
 @cache
@@ -128,17 +78,17 @@ def record_kernel(tracer: str, fog: bool, trees: bool) -> Any:
         first: wp.int32,
     ):
         s = first + wp.tid()
-        sent = sender(surface, chosen, s)
-        out.origin[s] = sent.point
+        fan = fan_among(surface, chosen, s)
+        out.origin[s] = fan.point
         hits = wp.int32(0)
         for j in range(chosen.rays):
             flags = wp.uint8(0)
-            wanted = drawn(sent, j)
-            direction = above_face(wanted, sent.face_normal)
-            if wp.dot(wanted, sent.face_normal) < 0.0:
+            wanted = drawn(fan, j)
+            direction = above_face(wanted, fan.face_normal)
+            if wp.dot(wanted, fan.face_normal) < 0.0:
                 flags = flags | MIRRORED
             doubtful = (j - hits) * 16 <= j
-            fate = follow(entry, scene, surface, sent.point, direction, t_max, threshold_of(sent, j), doubtful)
+            fate = follow(entry, scene, surface, fan.point, direction, t_max, ray_threshold(fan, j), doubtful)
             hits += fate.struck
 
             i = s * chosen.rays + j
@@ -156,7 +106,7 @@ def record_kernel(tracer: str, fog: bool, trees: bool) -> Any:
             if fate.back == 1:
                 flags = flags | BACK
             if veiled:
-                out.passes[i] = dimmed(veil, surface, sent.point, direction, fate.distance)
+                out.passes[i] = dimmed(veil, surface, fan.point, direction, fate.distance)
             out.flags[i] = flags
 
     return record
@@ -239,20 +189,20 @@ def meets_kernel(tracer: str) -> Any:
         first: wp.int32,
     ):
         s = first + wp.tid()
-        sent = sender(surface, chosen, s)
+        fan = fan_among(surface, chosen, s)
         rays = wp.int32(0)  # none of a box that lies below the face is ever met
         for box in range(low.shape[0]):
-            if above(low[box], high[box], sent.point, sent.face_normal):
+            if above(low[box], high[box], fan.point, fan.face_normal):
                 rays = chosen.rays
         for j in range(rays):
-            direction = above_face(drawn(sent, j), sent.face_normal)
+            direction = ray_direction(fan, j)
             near = wp.bool(False)
             for box in range(low.shape[0]):
                 if not near:
-                    near = crosses(low[box], high[box], sent.point, direction, t_max)
+                    near = crosses(low[box], high[box], fan.point, direction, t_max)
             if near:
                 if wanted >= 0:
-                    near = met(entry, scene, surface, sent.point, direction, t_max, threshold_of(sent, j), wanted)
+                    near = met(entry, scene, surface, fan.point, direction, t_max, ray_threshold(fan, j), wanted)
                 if near:
                     found[s] = wp.uint8(1)
                     break

@@ -51,11 +51,11 @@ class Fan:
 
 
 @wp.func
-def fan_of(surface: Surface, work: Work, sample: wp.int32) -> Fan:
-    """The rays of a sample."""
-    face = work.face[sample]
-    origin = sample_origin(surface, face, work.barycentric[sample])
-    seed = work.face_seed[face]
+def fan_at(
+    surface: Surface, face: wp.int32, barycentric: wp.vec2, seed: wp.uint32, index: wp.int32, rays: wp.int32
+) -> Fan:
+    """The rays of the sample with number `index` on its face, each of whose samples has `rays`."""
+    origin = sample_origin(surface, face, barycentric)
     fan = Fan()
     fan.point = origin.point
     fan.face_normal = origin.face_normal
@@ -65,17 +65,29 @@ def fan_of(surface: Surface, work: Work, sample: wp.int32) -> Fan:
     fan.first_seed = hash_u32(seed)
     fan.second_seed = hash_u32(seed ^ SECOND_DIMENSION)
     fan.threshold_seed = hash_u32(seed ^ THRESHOLD)
-    fan.block = wp.uint32(work.index[sample]) * wp.uint32(work.rays)
+    fan.block = wp.uint32(index) * wp.uint32(rays)
     return fan
 
 
 @wp.func
-def ray_direction(fan: Fan, ray: wp.int32) -> wp.vec3:
-    """Direction of a ray, by the cosine about the shading normal, never below the face."""
+def fan_of(surface: Surface, work: Work, sample: wp.int32) -> Fan:
+    """The rays of a sample."""
+    face = work.face[sample]
+    return fan_at(surface, face, work.barycentric[sample], work.face_seed[face], work.index[sample], work.rays)
+
+
+@wp.func
+def drawn(fan: Fan, ray: wp.int32) -> wp.vec3:
+    """Direction of a ray by the cosine about the shading normal, before it is brought above the face."""
     disc = concentric_disc(owen_sobol(fan.block + wp.uint32(ray), fan.first_seed, fan.second_seed))
     height = wp.sqrt(wp.max(0.0, 1.0 - disc[0] * disc[0] - disc[1] * disc[1]))
-    direction = disc[0] * fan.tangent + disc[1] * fan.bitangent + height * fan.normal
-    return above_face(direction, fan.face_normal)
+    return disc[0] * fan.tangent + disc[1] * fan.bitangent + height * fan.normal
+
+
+@wp.func
+def ray_direction(fan: Fan, ray: wp.int32) -> wp.vec3:
+    """Direction of a ray, never below the face."""
+    return above_face(drawn(fan, ray), fan.face_normal)
 
 
 @wp.func
