@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from app.commands.accuracy_tables import AccuracyRequest, accuracy_tables
 from app.commands.console import note, say, say_json
@@ -104,13 +104,25 @@ def run(arguments: argparse.Namespace) -> int:
     passed = True
     for measured in _SUBJECTS[arguments.subject](arguments):
         if arguments.json:
-            say_json(measured.to_json())
+            say_json({**measured.to_json(), "asked": _asked(arguments)})
         else:
             say(f"### {measured.name}\n\n{measured.to_markdown()}\n")
         if arguments.into is not None and not write_table(arguments.into, measured.name, measured.to_markdown()):
             note(f"{arguments.into} has no place for {measured.name!r}")
         passed = passed and measured.passed
     return 0 if passed else 1
+
+
+def _asked(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Everything that was asked for, defaults of the command included and scenes by name, as plain values."""
+    said = {name: value for name, value in vars(arguments).items() if isinstance(value, str | int | float | Path)}
+    plain = {name: value.name if isinstance(value, Path) else value for name, value in said.items()}
+    settings = explicit_options(arguments)
+    return {
+        **{name: value for name, value in plain.items() if value != "" and not name.startswith("setting:")},
+        "paths": [path.name for path in arguments.paths],
+        "settings": settings,
+    }
 
 
 def _accuracy(arguments: argparse.Namespace) -> Iterable[Measurements]:

@@ -48,10 +48,11 @@ def measure_window(path: Path | None, options: Mapping[str, Any]) -> Iterator[Me
         starts = [_start(result, folder) for _ in range(_STARTS + 1)][
             1:
         ]  # the first one compiles modules and warms the disk's cache
-        yield Measurements("window start", start_rows(starts), [about, *_START_NOTES])
+        seeds = {"bake": loaded.settings.seed, "slides": 1, "places": 7}
+        yield Measurements("window start", start_rows(starts), [about, *_START_NOTES], seeds=seeds)
         answers, slices = _drive(result, folder)
-        yield Measurements("window answers", answers, [about, *_ANSWER_NOTES])
-        yield Measurements("window slices", slices, [about, *_SLICE_NOTES])
+        yield Measurements("window answers", answers, [about, *_ANSWER_NOTES], seeds=seeds)
+        yield Measurements("window slices", slices, [about, *_SLICE_NOTES], seeds=seeds)
 
 
 _START_NOTES = (

@@ -66,7 +66,8 @@ def measure_edits(path: Path | None, options: Mapping[str, Any], *, edits: int =
             memory = edits_in_a_row(driver, edits) if edits else []
         finally:
             driver.close()
-        about = about_result(load_result(result), path)
+        loaded = load_result(result)
+        about, seeds = about_result(loaded, path), {"bake": loaded.settings.seed}
     notes = [
         about,
         "medians from the change to the picture that shows its values, side file, scene and engine included; drawing "
@@ -75,9 +76,9 @@ def measure_edits(path: Path | None, options: Mapping[str, Any], *, edits: int =
         f"rays traced at most {RAYS_SHARE:g} times those whose value changed; α alone {ALPHA_S:g} s for each "
         f"{ALPHA_VERTICES:,} vertices",
     ]
-    yield Measurements("window edits", rows, notes)
+    yield Measurements("window edits", rows, notes, seeds=seeds)
     if memory:
-        yield Measurements("memory over edits", memory, [about, *MEMORY_NOTES])
+        yield Measurements("memory over edits", memory, [about, *MEMORY_NOTES], seeds=seeds)
 
 
 def baked_copy(path: Path | None, options: Mapping[str, Any], folder: Path) -> Path:

@@ -18,7 +18,7 @@ import numpy as np
 
 from bake.bench.patches import PATCH_FACES, Patches, patches_of
 from bake.bench.scaled import scaled
-from bake.bench.table import Measurements
+from bake.bench.table import Measurements, bake_seed
 from bake.decorators.fog import make_fog
 from bake.devices import resolve
 from bake.pipeline import settings_for
@@ -68,6 +68,7 @@ def measure_adaptive(scenes: Iterable[Path], options: Mapping[str, Any], *, scal
             "RMSE: over all distances together, then by distance; flipped: samples whose validity differs from the "
             "reference's, with adaptive rays and with all; settling: rays a sample sent only for validity",
         ],
+        seeds={"bake and patches": bake_seed(options)},
     )
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from bake.bench.isolation import isolated
 from bake.bench.surface_truth import SurfaceTruth, surface_truth, trace_samples
 from bake.bench.synthetic import comparison_field, write_ply
-from bake.bench.table import Measurements
+from bake.bench.table import Measurements, bake_seed
 from bake.pipeline import settings_for
 from bake.samples import place_samples
 from bake.scene import flatten, load_scene
@@ -53,7 +53,7 @@ def measure_alpha(scenes: Iterable[Path], options: Mapping[str, Any]) -> Measure
         f"chosen: from the samples alone, by least estimated error; ratios: RMSE at the chosen alpha over that at "
         f"{_DEFAULT:g}, and over that at the best candidate, which takes the reference to know",
     ]
-    return Measurements("alpha", rows, notes, seeds={"bake": int(options.get("seed", 1)), "added noise": 1})
+    return Measurements("alpha", rows, notes, seeds={"bake": bake_seed(options), "added noise": 1})
 
 
 def _rows(path: Path, options: Mapping[str, Any]) -> dict[str, Any]:

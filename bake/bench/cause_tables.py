@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,7 +36,7 @@ class Outcome:
     truth: float
 
 
-def confusion(outcomes: Sequence[Outcome], name: str, *, gated: bool = False) -> Measurements:
+def confusion(outcomes: Sequence[Outcome], name: str, *, gated: bool = False, seeds: Mapping[str, int]) -> Measurements:
     """One row a cause that was injected, one column a cause that was named; the last row has the sums."""
     table: dict[CauseKind, Counter[CauseKind]] = defaultdict(Counter)
     for item in outcomes:
@@ -63,10 +63,10 @@ def confusion(outcomes: Sequence[Outcome], name: str, *, gated: bool = False) ->
     rows.append(total)
     notes = ["rows: what was injected; columns: what was named first"]
     gates = f"gates: at least {100 * RIGHT:g} % right, at most {100 * FALSE_ALARM:g} % of true crevices called a defect"
-    return Measurements(name, rows, [*notes, gates] if gated else notes)
+    return Measurements(name, rows, [*notes, gates] if gated else notes, seeds=seeds)
 
 
-def by_variant(outcomes: Sequence[Outcome]) -> Measurements:
+def by_variant(outcomes: Sequence[Outcome], *, seeds: Mapping[str, int]) -> Measurements:
     """One row a kind of injection: how many were named rightly, with what confidence, and how dark they are."""
     groups: dict[tuple[str, str], list[Outcome]] = defaultdict(list)
     for item in outcomes:
@@ -83,10 +83,10 @@ def by_variant(outcomes: Sequence[Outcome]) -> Measurements:
         }
         for (cause, variant), items in sorted(groups.items())
     ]
-    return Measurements("kinds", rows, ["AO at the distance at which the defect shows"])
+    return Measurements("kinds", rows, ["AO at the distance at which the defect shows"], seeds=seeds)
 
 
-def of_the_levels(outcomes: Sequence[Outcome]) -> Measurements:
+def of_the_levels(outcomes: Sequence[Outcome], *, seeds: Mapping[str, int]) -> Measurements:
     """One row a scene: what was said of dark spots that nobody planted."""
     rows: list[dict[str, Any]] = []
     for site in dict.fromkeys(item.site for item in outcomes):
@@ -103,4 +103,5 @@ def of_the_levels(outcomes: Sequence[Outcome]) -> Measurements:
             }
         )
     notes = ["dark spots of the levels as they are, whose baked value is within 0.05 of what 1024 rays see"]
-    return Measurements("level spots", rows, [*notes, "levels have defects of their own, so this is no gate"])
+    told = [*notes, "levels have defects of their own, so this is no gate"]
+    return Measurements("level spots", rows, told, seeds=seeds)

@@ -23,7 +23,7 @@ from bake.bench.level_spots import level_round
 from bake.bench.remedy_previews import Mended, mend_round, preview_table
 from bake.bench.scaled import scaled
 from bake.bench.special_rounds import shell_round, turned_round, unit_round
-from bake.bench.table import Measurements
+from bake.bench.table import Measurements, bake_seed
 from bake.explain.cause_names import CauseKind
 from bake.explain.causes import name_causes
 from bake.explain.explainer import Explainer
@@ -66,6 +66,7 @@ def measure_causes(
     outcomes: list[Outcome] = []
     sound: list[Outcome] = []
     mended: list[Mended] = []
+    seeds = {"injections": seed, "bake": bake_seed(options)}
     for number, path in enumerate(paths):
         settings = settings_for(path, {"rays": 32, "samples-per-face": "2:8", "regions": "none", **options})
         scale = scales[number] if number < len(scales) else 1.0
@@ -73,11 +74,11 @@ def measure_causes(
         sound += judge_level(path, settings, scale, placements, seed + number)
         mended += mend_scene(path, settings, scale, seed + number)
         outcomes += judged
-        yield confusion(judged, f"causes in {path.stem}")
-    yield by_variant(outcomes)
-    yield of_the_levels(sound)
-    yield preview_table(mended)
-    yield confusion(outcomes, "causes", gated=True)
+        yield confusion(judged, f"causes in {path.stem}", seeds=seeds)
+    yield by_variant(outcomes, seeds=seeds)
+    yield of_the_levels(sound, seeds=seeds)
+    yield preview_table(mended, seeds=seeds)
+    yield confusion(outcomes, "causes", gated=True, seeds=seeds)
 
 
 def judge_scene(path: Path, settings: BakeSettings, scale: float, placements: int, seed: int) -> list[Outcome]:

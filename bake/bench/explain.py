@@ -12,7 +12,7 @@ import numpy as np
 
 from bake.bench.isolation import isolated
 from bake.bench.scaled import scaled
-from bake.bench.table import Measurements
+from bake.bench.table import Measurements, bake_seed
 from bake.devices import resolve
 from bake.errors import ObscuraError
 from bake.explain.explainer import Explainer
@@ -57,6 +57,7 @@ def measure_explanations(
         outcome = isolated(_rows_or_refusal, scene, options, scales[number] if number < len(scales) else 1.0)
         shares.append(outcome.get("shares", outcome))
         without += outcome.get("without", [])
+    seeds = {"bake, vertices and objects": bake_seed(options)}
     return [
         Measurements(
             "explanations",
@@ -69,6 +70,7 @@ def measure_explanations(
                 "included; warm: median of all others",
                 f"gate: sum and weights at most {SUM_GATE:g}, warm at most {SECONDS_GATE:g} s",
             ],
+            seeds=seeds,
         ),
         Measurements(
             "counterfactuals",
@@ -80,6 +82,7 @@ def measure_explanations(
                 f"differ by more than {WITHOUT_GATE:g}",
                 f"gate: at most {WITHOUT_GATE:g} at the spots, and one vertex in a thousand apart",
             ],
+            seeds=seeds,
         ),
     ]
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bake.bench.synthetic import Geometry, field_with_props, height_field, write_ply
-from bake.bench.table import Measurements
+from bake.bench.table import Measurements, bake_seed
 from bake.decorator_types import FogBoxes
 from bake.decorators.fog import make_fog
 from bake.decorators.fog_density import without_overlap
@@ -54,7 +54,11 @@ def measure_fog(scenes: Sequence[Path], options: Mapping[str, Any]) -> tuple[Mea
         f"meshes; seconds are medians of {_WORTH_ROUNDS} rounds in turn",
         "gate: fog, with given and with fitted densities, has less error than leaving the shrubs out",
     ]
-    tables = (Measurements("cost of fog", cost, cost_notes), Measurements("worth of fog", worth, worth_notes))
+    seeds = {"bake": bake_seed(options), "boxes": 1, "samples for the cost": 2, "samples for the worth": 3}
+    tables = (
+        Measurements("cost of fog", cost, cost_notes, seeds=seeds),
+        Measurements("worth of fog", worth, worth_notes, seeds=seeds),
+    )
     return tables if worth else tables[:1]
 
 

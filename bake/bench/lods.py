@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from bake.bench.table import Measurements
+from bake.bench.table import Measurements, bake_seed
 from bake.decorators.lods import RAYS, FinestSearch, finest_levels, lod_world
 from bake.decorators.resample import BakedSurface
 from bake.decorators.small import objects_of
@@ -50,7 +50,9 @@ def measure_lods(scenes: Sequence[Path], options: Mapping[str, Any]) -> Measurem
         "nearest vertex: a copy from the finest level's vertices",
         "gate: surface + fit has the least error of the three",
     ]
-    return Measurements("lower levels of detail", rows, notes)
+    seed = bake_seed(options)
+    seeds = {"bake": seed, "reference": seed ^ 1, "samples of the finest": seed ^ 2}
+    return Measurements("lower levels of detail", rows, notes, seeds=seeds)
 
 
 def compare_lods(result: BakeResult, settings: BakeSettings, device: Device) -> list[dict[str, Any]]:

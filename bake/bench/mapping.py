@@ -17,7 +17,7 @@ from bake.bench.isolation import isolated
 from bake.bench.scaled import scaled
 from bake.bench.scenes import find_scenes
 from bake.bench.surface_truth import POINTS, REFERENCE_RAYS, surface_truth, trace_samples
-from bake.bench.table import Measurements
+from bake.bench.table import Measurements, bake_seed
 from bake.errors import ObscuraError
 from bake.geometry import face_normals
 from bake.pipeline import settings_for
@@ -45,6 +45,7 @@ def measure_mappings(paths: Iterable[Path], options: Mapping[str, Any], *, scale
     for scene in find_scenes(paths):
         outcome = isolated(_rows_or_refusal, scene, options, scale)
         rows += outcome.get("rows", [outcome])
+    seed = bake_seed(options)
     return Measurements(
         "mapping",
         rows,
@@ -55,6 +56,7 @@ def measure_mappings(paths: Iterable[Path], options: Mapping[str, Any], *, scale
             f"gate: at most {GATE:g} at each distance, below the rays from vertices, values within 0 to 1, at most "
             f"{MOST_ITERATIONS} iterations",
         ],
+        seeds={"bake": seed, "reference": (seed + 1) % 2**32},
     )
 
 

@@ -44,7 +44,7 @@ def measure_overhead(scenes: Sequence[Path], options: Mapping[str, Any]) -> Meas
     device = resolve(str(options.get("device", "auto")))
     if not device.is_cuda and not has_embree():
         skipped = "neither a CUDA device nor Embree here; the package embreex brings the latter"
-        return Measurements("overhead", [{"skipped": skipped}])
+        return Measurements("overhead", [{"skipped": skipped}], seeds={"bake": int(options.get("seed", 1))})
     fixed = {**options, "device": device.alias, "tracer": "warp" if device.is_cuda else "embree"}
     with tempfile.TemporaryDirectory() as folder:
         made = [] if scenes else [_made(Path(folder), name, cells) for name, cells in _FIELDS.items()]

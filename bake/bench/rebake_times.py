@@ -71,7 +71,7 @@ def measure_rebake_times(path: Path | None, options: Mapping[str, Any]) -> Measu
         "first: until the first values are there; values: until the final ones are; all: with everything that hangs on "
         "them",
     ]
-    return Measurements("rebake: one prop moved", rows, notes)
+    return Measurements("rebake: one prop moved", rows, notes, seeds={"scene": 1, "bake": settings.seed})
 
 
 def _row(session: RebakeSession, scene: Scene, settings: Any, name: str) -> dict[str, Any]:

@@ -44,7 +44,8 @@ def measure_scale() -> Measurements:
         }
     )
     rows.append({**_row("lay a walk out", some, lambda: _laid_out(some, options), None), "frames": frames})
-    return Measurements("region scale", rows, [f"synthetic boxes of {_EDGE:g} m side by side; median of {_ROUNDS}"])
+    note = f"synthetic boxes of {_EDGE:g} m side by side; median of {_ROUNDS}"
+    return Measurements("region scale", rows, [note], seeds={"models": 1})
 
 
 def _laid_out(regions: Regions, options: WalkOptions) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bake.bench.kept_regions import Traced, keep, kept, kept_file
-from bake.bench.table import Measurements
+from bake.bench.table import Measurements, bake_seed
 from bake.decorators.fog import make_fog
 from bake.devices import resolve
 from bake.pipeline import settings_for
@@ -101,9 +101,12 @@ def measure_regions(scenes: Sequence[Path], options: Mapping[str, Any], *, folde
         f"gates: regularisation lowers the worst boundary step at least {STEP_RATIO:g} times while the mean error "
         f"against what is traced rises by at most {ERROR_RISE:g}; no blended frame steps by more than {STEP_BOUND:g}",
     ]
-    return RegionBench(
-        (Measurements("regions", rows, notes), Measurements("region walks", walk_rows, walk_notes)), tuple(walked)
+    seeds = {"bake": bake_seed(options)}
+    tables = (
+        Measurements("regions", rows, notes, seeds=seeds),
+        Measurements("region walks", walk_rows, walk_notes, seeds=seeds),
     )
+    return RegionBench(tables, tuple(walked))
 
 
 def _measure(path: Path, options: Mapping[str, Any], folder: Path | None) -> tuple[dict[str, Any], WalkedScene | None]:

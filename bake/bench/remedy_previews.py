@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -82,7 +82,7 @@ def mend_round(made: Round, site: str, known: Set[str] = frozenset()) -> Iterato
                     )
 
 
-def preview_table(mended: Sequence[Mended]) -> Measurements:
+def preview_table(mended: Sequence[Mended], *, seeds: Mapping[str, int]) -> Measurements:
     """One row a kind of remedy over all scenes; the last row holds the largest difference of all."""
     groups: dict[str, list[Mended]] = defaultdict(list)
     for item in mended:
@@ -97,6 +97,7 @@ def preview_table(mended: Sequence[Mended]) -> Measurements:
             "largest difference in AO between the preview and the bake that follows, at the spot and around it",
             f"gate: at most {EQUAL:g} at every spot",
         ],
+        seeds=seeds,
     )
 
 

@@ -43,7 +43,8 @@ def measure_card(options: Mapping[str, Any]) -> Measurements:
     device = resolve(str(options.get("device", "auto")))
     if not device.is_cuda:
         row = {"skipped": "no CUDA device here: the choice of BVH, leaves and blocks is the card's"}
-        return Measurements("card", [row], ["on a machine with CUDA: main.py bench speed --tables card"])
+        note = "on a machine with CUDA: main.py bench speed --tables card"
+        return Measurements("card", [row], [note], seeds={"scene": SEED})
     settings = BakeSettings.from_options({**PLAIN, **options})
     with TemporaryDirectory() as folder:
         world = flatten(load_scene(write_field(Path(folder) / "field.glb", TRIANGLES)), settings)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bake.bench.isolation import isolated
-from bake.bench.table import Measurements
+from bake.bench.table import Measurements, bake_seed
 from bake.errors import ObscuraError
 from bake.pipeline import BakeRequest, run_bake
 from bake.types import BakeResult, VertexState
@@ -26,7 +26,8 @@ def measure_scenes(paths: Iterable[Path], options: Mapping[str, Any]) -> Measure
         options: Bake options by long name.
     """
     rows = [isolated(bake_row, scene, options) for scene in find_scenes(paths)]
-    return Measurements("scenes", rows, ["seconds: from the file to the stored result, in a fresh process"])
+    notes = ["seconds: from the file to the stored result, in a fresh process"]
+    return Measurements("scenes", rows, notes, seeds={"bake": bake_seed(options)})
 
 
 def find_scenes(paths: Iterable[Path]) -> list[Path]:

@@ -240,7 +240,7 @@ class _WithFigures(Measurements):
 
     def to_json(self) -> dict[str, Any]:
         """The table with settings, seed and figures."""
-        plain = Measurements(self.name, self.rows, self.notes).to_json()
+        plain = Measurements(self.name, self.rows, self.notes, seeds=self.seeds).to_json()
         assert self.matrix is not None
         figures = [
             {"case": case, "stage": item.stage, "figure": item.what, "value": item.value, "gate": item.gate,
@@ -261,7 +261,11 @@ def _ratios(matrix: Matrix) -> Measurements:
         "each cell: the figure nearest its gate, divided by it; ∞: a figure that must be 0 is not",
         f"seed {matrix.settings.seed}, {matrix.settings.rays} rays a sample",
     ]
-    return _WithFigures("stability", rows, notes, matrix)
+    return _WithFigures("stability", rows, notes, matrix, seeds=_seeds(matrix))
+
+
+def _seeds(matrix: Matrix) -> dict[str, int]:
+    return {"bake": matrix.settings.seed, "directions": 1}
 
 
 def _shown(cell: Figure) -> str:
@@ -284,7 +288,8 @@ def _kinds(matrix: Matrix) -> Measurements:
             "gate": item.gate, "where": "" if clean else f"{case} ({item.stage})", "detail": item.detail,
             "failed": sum(not one.passed for _, one in items), "passed": item.passed,
         })  # fmt: skip
-    return Measurements("stability, figures", table, ["`failed`: how many cells of the matrix break this gate"])
+    note = "`failed`: how many cells of the matrix break this gate"
+    return Measurements("stability, figures", table, [note], seeds=_seeds(matrix))
 
 
 __all__ = ["STAGES", "Matrix", "bench_settings", "measure_stability", "tables"]

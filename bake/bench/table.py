@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bake.pipeline import versions
+from bake.settings import BakeSettings
 
 Row = Mapping[str, Any]
 
@@ -22,13 +23,13 @@ class Measurements:
         name: The benchmark's name.
         rows: One a measurement; units stand in the keys, `passed` says whether a gate held.
         notes: How it was measured, in sentences.
-        seeds: What decides what is random, by name; some say it in their notes.
+        seeds: What decides what is random, by name.
     """
 
     name: str
     rows: Sequence[Row]
     notes: Sequence[str] = ()
-    seeds: Mapping[str, int] = field(default_factory=dict[str, int], kw_only=True)
+    seeds: Mapping[str, int] = field(kw_only=True)
 
     @property
     def passed(self) -> bool:
@@ -36,7 +37,7 @@ class Measurements:
         return all(row.get("passed", True) for row in self.rows)
 
     def to_json(self) -> dict[str, Any]:
-        """One object: machine, versions and rows."""
+        """One object: machine, versions, seeds, notes and rows."""
         return {
             "bench": self.name,
             "machine": machine(),
@@ -54,6 +55,11 @@ class Measurements:
         lines = ["| " + " | ".join(keys) + " |", "|" + "---|" * len(keys)]
         lines += ["| " + " | ".join(_cell(row.get(key)) for key in keys) + " |" for row in self.rows]
         return "\n".join([*lines, "", *(f"- {note}" for note in self.notes)])
+
+
+def bake_seed(options: Mapping[str, Any]) -> int:
+    """The seed of bakes with these options, where no side file says another."""
+    return int(options.get("seed", BakeSettings().seed))
 
 
 def machine() -> dict[str, Any]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from bake.arrays import Float32Array, Float64Array
-from bake.bench.table import Measurements
+from bake.bench.table import Measurements, bake_seed
 from bake.bench.tree_figures import TreeFigure, traced_at_vertices
 from bake.decorator_types import TreeFits
 from bake.decorators.fit import GlobalFit, fit_global, model_error
@@ -80,7 +80,10 @@ def measure_trees(scenes: Sequence[Path], options: Mapping[str, Any], *, draw: b
         "volume: the signal that the coefficients are fitted to; closer: trees on which local × global has less "
         f"error than global; gate: all of them, or more than nine in ten where there are more than {_EACH}",
     ]
-    return TreeMeasurements((Measurements("trees", rows, notes), Measurements("tree volume", volumes)), tuple(figures))
+    seed = bake_seed(options)
+    seeds = {"bake": seed, "reference": seed ^ 2}
+    tables = Measurements("trees", rows, notes, seeds=seeds), Measurements("tree volume", volumes, seeds=seeds)
+    return TreeMeasurements(tables, tuple(figures))
 
 
 def measure_scene(

@@ -98,7 +98,7 @@ def side_by_side(
         most_s: Gate on the sum of ours, if there is one.
     """
     if "refused" in measured:
-        return Measurements(name, [measured])
+        return Measurements(name, [measured], seeds={"scene": SEED, "bake": 1})
     stages: dict[str, Stage] = {stage.name: stage for stage in measured["stages"]}
     rows: list[dict[str, Any]] = []
     for line in published:
