@@ -1,6 +1,6 @@
 """Adaptive rays: a few of every sample first, then more where they lower the error of the values at vertices most.
 
-Every sample sends its first 8 rays, in two halves. Half the difference of the halves, squared, estimates the variance
+Every sample sends its first 4 rays, in two halves. Half the difference of the halves, squared, estimates the variance
 of their mean; smoothed over neighbouring samples it decides how many more of its `rays` each sends, in blocks that
 double what it has: prefixes of its own scrambled Sobol sequence, each as well spread as the whole. After each block it
 is asked again who goes on (bake/trace/ray_plan.py): what is invalid beyond doubt ends, and its share of the vertices'
@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bake.settings import BakeSettings
+from bake.settings import BakeSettings, MappingKind
 from bake.trace.base import Tracer
-from bake.trace.ray_plan import PILOT, Pilot, RayWorth, buried
+from bake.trace.ray_plan import FIT_GAIN, PILOT, Pilot, RayWorth, buried
 from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, Progress, SampleSet, Tally
 
 __all__ = ["PILOT", "Importance", "RayPasses", "RayPlan", "trace_adaptively"]
@@ -69,7 +69,8 @@ def trace_adaptively(
     yield from runner.run(every, PILOT // 2, PILOT // 2)
     variance = (runner.mean(PILOT).astype(np.float64) - first) ** 2
     hits, backs = runner.found()
-    worth = RayWorth(Pilot(variance, hits, backs), settings.back_face_threshold)
+    passed_on = FIT_GAIN if settings.mapping is MappingKind.LEAST_SQUARES else 1.0
+    worth = RayWorth(Pilot(variance, hits, backs), settings.back_face_threshold, passed_on)
     del first, variance
     valid = worth.chance_valid(hits, backs)
     inside = buried(hits, backs, settings.back_face_threshold)
