@@ -47,17 +47,8 @@ def strikes_back(surface: Surface, hit: Hit) -> wp.bool:
 
 
 def follower(closest_hit: Any, leaks_at_vertices: bool) -> Any:
-    """The device function that follows a ray, over one way of finding closest hits.
-
-    A partly open face stops the rays whose threshold their transmittance falls to.
-
-    A tracer that lets one in a thousand of the rays aimed exactly at a vertex through gets a second look: a doubtful
-    escape is believed only if the ray's twin, turned by 10⁻⁵, escapes as well. The caller doubts where hardly a ray
-    escaped so far, which costs at most a sixteenth more rays where a surface is nearly closed off, and one ray
-    elsewhere.
-    """
-    second_look = wp.constant(leaks_at_vertices)
-    settled = settler(closest_hit)
+    """The device function that follows a ray from its origin, over one way of finding closest hits."""
+    follow_on = follower_on(closest_hit, leaks_at_vertices, False)
 
     @wp.func
     def follow(
@@ -70,12 +61,45 @@ def follower(closest_hit: Any, leaks_at_vertices: bool) -> Any:
         threshold: wp.float32,
         doubtful: wp.bool,
     ) -> Fate:
+        return follow_on(entry, scene, surface, origin, direction, t_max, threshold, doubtful, Hit())
+
+    return follow
+
+
+def follower_on(closest_hit: Any, leaks_at_vertices: bool, first_known: bool) -> Any:
+    """The device function that follows a ray whose first closest hit may be known already.
+
+    A partly open face stops the rays whose threshold their transmittance falls to.
+
+    A tracer that lets one in a thousand of the rays aimed exactly at a vertex through gets a second look: a doubtful
+    escape is believed only if the ray's twin, turned by 10⁻⁵, escapes as well. The caller doubts where hardly a ray
+    escaped so far, which costs at most a sixteenth more rays where a surface is nearly closed off, and one ray
+    elsewhere.
+    """
+    second_look = wp.constant(leaks_at_vertices)
+    given = wp.constant(first_known)
+    settled = settler(closest_hit)
+
+    @wp.func
+    def follow_on(
+        entry: wp.uint64,
+        scene: wp.uint64,
+        surface: Surface,
+        origin: wp.vec3,
+        direction: wp.vec3,
+        t_max: wp.float32,
+        threshold: wp.float32,
+        doubtful: wp.bool,
+        first: Hit,
+    ) -> Fate:
         fate = Fate()
         fate.distance = t_max
         through = wp.float32(1.0)
         t_min = wp.float32(0.0)
         for layer in range(MAX_LAYERS):
-            hit = closest_hit(entry, scene, origin, direction, t_min, t_max)
+            hit = first
+            if not given or layer > 0:
+                hit = closest_hit(entry, scene, origin, direction, t_min, t_max)
             if second_look and hit.primitive < 0 and layer == 0 and doubtful:
                 hit = closest_hit(entry, scene, origin, nudged(direction), t_min, t_max)
             if hit.primitive < 0:
@@ -98,4 +122,4 @@ def follower(closest_hit: Any, leaks_at_vertices: bool) -> Any:
             t_min = hit.distance * NEXT_AFTER + TINY_STEP
         return fate
 
-    return follow
+    return follow_on

@@ -76,7 +76,7 @@ class EmbreeScene:
     Attributes:
         address: The RTCScene; 0 once closed.
         triangles: How many it has.
-        intersect_address: The function rtcIntersect1.
+        intersect_address, intersect_packet_address: The functions rtcIntersect1 and rtcIntersect16.
     """
 
     def __init__(self, points: Float32Array, faces: UInt32Array) -> None:
@@ -113,7 +113,8 @@ class EmbreeScene:
             if code == _OUT_OF_MEMORY:
                 raise OutOfMemoryError("the BVH does not fit", where="trace", remedy="close other programs")
             raise DeviceError(f"Embree: {_ERRORS.get(code, code)}", where="trace", remedy="use --tracer warp")
-        self.intersect_address = int(ctypes.cast(library.rtcIntersect1, ctypes.c_void_p).value or 0)
+        self.intersect_address = _address(library.rtcIntersect1)
+        self.intersect_packet_address = _address(library.rtcIntersect16)
 
     def shared(self) -> EmbreeScene:
         """The same scene for another owner; it is freed when all of them have closed it."""
@@ -125,3 +126,7 @@ class EmbreeScene:
         if self.address:
             self._library.rtcReleaseScene(self.address)
             self.address = 0
+
+
+def _address(function: Any) -> int:
+    return int(ctypes.cast(function, ctypes.c_void_p).value or 0)

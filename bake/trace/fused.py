@@ -85,7 +85,7 @@ class TracerFused(Tracer):
         self._work.rays = rays = self.settings.rays if rays is None else rays
         assert self._veil is not None
         inputs = [self.entry, self.scene, self.surface, self._veil.argument, self._work, self.falloff]
-        self.launch(self._obscurance_kernel(), batch, inputs)
+        self._trace(batch, inputs)
         tally.ao[batch] = self._download(self._work.ao, batch)
         tally.hits[batch] = self._download(self._work.hits, batch)
         tally.back_faces[batch] = self._download(self._work.back_faces, batch)
@@ -220,17 +220,24 @@ class TracerFused(Tracer):
     def _obscurance_kernel(self) -> Any:
         return self._kernels.obscurance_kernel(self.name, self.fog_boxes > 0, self.tree_triangles > 0)
 
+    def _trace(self, batch: slice, inputs: list[Any]) -> None:
+        """Runs the fused kernel on samples `batch`."""
+        self.launch(self._obscurance_kernel(), batch, inputs)
+
     def launch(self, kernel: Any, batch: slice, inputs: list[Any]) -> None:
         """Runs a kernel whose last argument is the first index, over `batch`."""
+
+        def part(begin: int, end: int) -> None:
+            self.warp.launch(kernel, dim=end - begin, inputs=[*inputs, begin], device=self._warp_device)
+
+        self.launch_parts(kernel, batch, part)
+
+    def launch_parts(self, kernel: Any, batch: slice, part: Callable[[int, int], None]) -> None:
+        """Compiles a kernel, and has `part(begin, end)` launch it over each of the parts of `batch`."""
         count = batch.stop - batch.start
         if count <= 0:
             return
-        wp = self.warp
         self._compile(kernel)
-
-        def part(begin: int, end: int) -> None:
-            wp.launch(kernel, dim=end - begin, inputs=[*inputs, begin], device=self._warp_device)
-
         try:
             if self._pool is None:
                 part(batch.start, batch.stop)

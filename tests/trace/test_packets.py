@@ -1,0 +1,57 @@
+"""Sixteen samples at a time find what one finds, to the bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bake.decorator_types import FogBoxes
+from bake.samples import place_samples
+from bake.settings import BakeSettings
+from bake.trace.packet_choice import PacketChoice
+from bake.types import Tally, World
+from tests.trace.clutter import clutter
+from tests.trace.conftest import open_tracer
+from tests.trace.edits import fog_of, start, world_of
+
+SETTINGS = BakeSettings(rays=64, samples_per_face=(1, 4), sample_spacing=1.0)
+
+
+def scenes() -> list[tuple[World, FogBoxes | None]]:
+    """A world of opaque and partly open faces, and one with fog, trees and textures."""
+    grown = world_of(start(3), lookup=True)
+    return [(clutter(2), None), (grown, fog_of(grown))]
+
+
+@pytest.mark.parametrize("rays", [1, 8, 48, 64, 100, 256])
+@pytest.mark.parametrize("packets", [True, False])
+@pytest.mark.parametrize("scene", [0, 1])
+def test_groups_find_what_rays_one_by_one_find(scene: int, packets: bool, rays: int) -> None:
+    """AO and counts are equal to the bit, whatever the number of rays and however full the last group is."""
+    world, fog = scenes()[scene]
+    settings = SETTINGS.replaced(rays=rays, alpha_lookup=scene == 1)
+    samples = place_samples(world, settings)
+    samples = samples.only(np.arange(0, len(samples), 3, dtype=np.int64)[:203])
+    tally = Tally.empty(len(samples), settings.distance_count)
+    with open_tracer("embree", world, settings, fog=fog) as tracer:
+        tracer.choice.packets = packets  # pyright: ignore[reportAttributeAccessIssue]
+        for batch in samples.batches(101):
+            tracer.accumulate(samples, batch, tally)
+        alone = tracer.trace_without(samples, -1, fog)  # no object's number: nothing is left out
+    np.testing.assert_array_equal(tally.ao, alone.ao)
+    np.testing.assert_array_equal(tally.hits, alone.hits)
+    np.testing.assert_array_equal(tally.back_faces, alone.back_faces)
+    assert len(np.unique(tally.ao)) > 1
+
+
+def test_choice_tries_both_and_takes_the_faster() -> None:
+    """Both ways take turns until each has traced enough; then it is always the faster one."""
+    for faster in (False, True):
+        choice = PacketChoice()
+        asked = [choice.ask() for _ in range(4)]
+        assert sorted(asked) == [False, False, True, True]
+        for packets in asked:
+            assert choice.packets is None
+            choice.tell(packets, 1 << 17, 1.0 if packets is faster else 2.0)
+        assert choice.packets is faster
+        assert [choice.ask() for _ in range(3)] == [faster] * 3
