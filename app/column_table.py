@@ -9,7 +9,7 @@ import numpy as np
 from PyQt6.QtCore import QAbstractTableModel, QModelIndex, QObject, Qt, pyqtSignal
 from PyQt6.QtWidgets import QHeaderView, QTableView, QWidget
 
-from app.table_looks import dress
+from app.table_looks import dress, fit_columns
 from viewer.instance_rows import Column
 
 _LEAST_STRETCHED = 170
@@ -146,7 +146,7 @@ class ColumnTable(QTableView):
             for number in range(len(columns)):
                 wide = QHeaderView.ResizeMode.Stretch if number == stretch else QHeaderView.ResizeMode.Interactive
                 header.setSectionResizeMode(number, wide)
-            self.resizeColumnsToContents()
+            fit_columns(self, stretch)
             port = self.viewport()
             others = sum(self.columnWidth(number) for number in range(len(columns)) if number != stretch)
             if port is not None and port.width() - others < _LEAST_STRETCHED:  # rather scrolled than not to be read

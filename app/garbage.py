@@ -8,13 +8,14 @@ at what came since.
 from __future__ import annotations
 
 import gc
+from collections.abc import Callable
 
 from PyQt6.QtCore import QObject, QTimer
 
 from app.document import Document
 
 REST_MS = 3000
-"""So long after the first result came into view, what its panels have imported is set aside too."""
+"""So long after the first result came into view, at the least, what its panels have imported is set aside too."""
 
 _THRESHOLDS = (2000, 10, 10)
 _MOST = 2  # what is set aside is never freed, so it must not be done for every window or result
@@ -36,16 +37,17 @@ class SettingAside(QObject):
 
     Args:
         document: What is open in the window.
+        is_busy: Whether anything is under way.
         parent: The window.
     """
 
-    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+    def __init__(self, document: Document, is_busy: Callable[[], bool], parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._document = document
+        self._document, self._is_busy = document, is_busy
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.setInterval(REST_MS)
-        self._timer.timeout.connect(set_aside)
+        self._timer.timeout.connect(self._on_rest)
         document.result_changed.connect(self._on_result)
         set_aside()
 
@@ -53,3 +55,9 @@ class SettingAside(QObject):
         if self._document.result is not None:
             self._document.result_changed.disconnect(self._on_result)
             self._timer.start()
+
+    def _on_rest(self) -> None:
+        if self._is_busy():
+            self._timer.start()
+        else:
+            set_aside()

@@ -13,6 +13,7 @@ from app.session import is_running
 
 _FOLDER = ".obscura-undo"
 _MOST_COPIED = 50_000_000
+_MANIFEST = "manifest.json"
 
 
 class KeptResults:
@@ -28,6 +29,7 @@ class KeptResults:
         self._cache = cache / "undo"
         self._folders: set[Path] = set()
         self._count = 0
+        self._last: tuple[Path, Path] | None = None  # a result, and where it is kept
 
     def keep(self, result: Path) -> Path | None:
         """Keeps the result in a folder aside, in no time.
@@ -40,15 +42,26 @@ class KeptResults:
         """
         from bake.results import is_result, keep_result
 
-        if not is_result(result):
+        again = self._kept_last(result)
+        if not again and not is_result(result):
             return None
         self._count += 1
         folder = self._folder_for(result)
         self._folders.add(folder)
         target = folder / str(self._count)
         shutil.rmtree(target, ignore_errors=True)  # of a process of the same number, long ago
-        keep_result(result, target, copy=size_of(result) <= _MOST_COPIED)
+        if again is None or not _linked(again, target):
+            keep_result(result, target, copy=size_of(result) <= _MOST_COPIED)
+        self._last = (result, target)
         return target
+
+    def _kept_last(self, result: Path) -> Path | None:
+        """Where what lies in a folder was kept, if it is what was kept last: its manifest need not be understood."""
+        if self._last is not None and self._last[0] == result:
+            with contextlib.suppress(OSError):
+                there, kept = ((folder / _MANIFEST).read_bytes() for folder in self._last)
+                return self._last[1] if there == kept else None
+        return None
 
     def _folder_for(self, result: Path) -> Path:
         self._cache.mkdir(parents=True, exist_ok=True)
@@ -94,3 +107,15 @@ class KeptResults:
                 for path in list(root.iterdir()):
                     if path.name.isdigit() and not is_running(int(path.name)):
                         shutil.rmtree(path, ignore_errors=True)
+
+
+def _linked(kept: Path, target: Path) -> bool:
+    """Keeps once more what is kept already; not if it is being removed meanwhile, or cannot be linked."""
+    try:
+        target.mkdir(parents=True)
+        for file in sorted(kept.iterdir(), key=lambda file: file.name == _MANIFEST):  # the manifest at the end
+            os.link(file, target / file.name)
+    except OSError:
+        shutil.rmtree(target, ignore_errors=True)
+        return False
+    return (target / _MANIFEST).is_file()

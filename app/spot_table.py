@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
@@ -18,6 +19,33 @@ from viewer.spot_rows import spot_columns
 _ALL = "All causes"
 _RANK, _OBJECT, _CAUSE = 0, 1, 2
 _WIDEST_OBJECT = 230  # pixels at first: signs need some too; longer paths are cut in the middle
+
+
+@dataclass(frozen=True, slots=True)
+class ListedSpots:
+    """Spots as the table shows them: what to make of 2000 takes a while, and can be made in any thread.
+
+    Attributes:
+        headings, tips: Of its columns.
+        rows: Cells of each spot, in the order of the spots.
+    """
+
+    headings: Sequence[str]
+    tips: Sequence[str]
+    rows: Sequence[tuple[Cell, ...]]
+
+
+def listed_spots(spots: Spots, paths: tuple[str, ...]) -> ListedSpots:
+    """Makes the rows of a table.
+
+    Args:
+        spots: What is to be listed.
+        paths: Of the objects by their numbers.
+    """
+    columns = spot_columns(spots, paths)
+    rows = zip(*(_cells(column) for column in columns), strict=True)
+    meant = [_with_meaning(row, kind) for row, kind in zip(rows, spots.guess, strict=True)]
+    return ListedSpots([column.heading for column in columns], [column.tip for column in columns], meant)
 
 
 class SpotTable(QWidget):
@@ -68,13 +96,13 @@ class SpotTable(QWidget):
         layout.setContentsMargins(4, 4, 4, 4)
         layout.addLayout(top)
         layout.addWidget(self.view, 1)
-        self._headings: list[str] = []
-        self._rows: list[tuple[Cell, ...]] = []
+        self._headings: Sequence[str] = ()
+        self._rows: Sequence[tuple[Cell, ...]] = ()
         self.set_message("No result.")
 
     def set_message(self, text: str) -> None:
         """Shows no rows, and why."""
-        self._spots, self._rows, self._causes = None, [], []
+        self._spots, self._rows, self._causes = None, (), []
         self.view.rows.set_rows([])
         for widget in (self.distance, self.cause, self.marks, self._filter):
             widget.setEnabled(False)
@@ -86,22 +114,19 @@ class SpotTable(QWidget):
         self.distance.addItems(labels)
         self.distance.setCurrentIndex(chosen)
 
-    def set_spots(self, spots: Spots, paths: tuple[str, ...]) -> None:
+    def set_spots(self, spots: Spots, listed: ListedSpots) -> None:
         """Replaces the rows."""
-        self._spots = spots
-        columns = spot_columns(spots, paths)
+        self._spots, self._rows = spots, listed.rows
         self._causes = [kind.heading for kind in spots.guess]
-        self._rows = list(zip(*(_cells(column) for column in columns), strict=True))
-        self._rows = [_with_meaning(row, kind) for row, kind in zip(self._rows, spots.guess, strict=True)]
         for widget in (self.distance, self.cause, self.marks, self._filter):
             widget.setEnabled(True)
-        if [column.heading for column in columns] != self._headings:
-            self._headings = [column.heading for column in columns]
-            self.view.rows.set_headings(self._headings, [column.tip for column in columns])
+        if listed.headings != self._headings:
+            self._headings = listed.headings
+            self.view.rows.set_headings(listed.headings, listed.tips)
             header = self.view.horizontalHeader()
             assert header is not None
-            for number in range(len(columns)):
-                is_last = number == len(columns) - 1
+            for number in range(len(listed.headings)):
+                is_last = number == len(listed.headings) - 1
                 mode = QHeaderView.ResizeMode.Stretch if is_last else QHeaderView.ResizeMode.Interactive
                 header.setSectionResizeMode(number, mode)
             self.view.sortByColumn(_RANK, Qt.SortOrder.AscendingOrder)

@@ -16,7 +16,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from app.table_looks import dress
+from app.table_looks import dress, fit_columns
 
 _WIDEST, _LEAST_WIDE = 0.36, 150
 """Widest that a column gets by itself, as a share of the table, and how wide it may be in any case, in pixels."""
@@ -163,7 +163,7 @@ class RowsView(QTableView):
     def set_rows(self, rows: Sequence[tuple[Cell, ...]]) -> None:
         """Replaces all rows and fits the columns to them, so that none takes the room of the one that stretches."""
         self.rows.set_rows(rows)
-        self.resizeColumnsToContents()
+        fit_columns(self, self._stretch)
         port = self.viewport()
         most = max(_LEAST_WIDE, int(_WIDEST * (port.width() if port is not None else 0)))
         for column in range(self.rows.columnCount()):

@@ -119,7 +119,7 @@ class Window(QMainWindow):
         for part in self.bench.parts:
             part.connect()
         self._restyle()
-        self._aside = SettingAside(self.document, self)
+        self._aside = SettingAside(self.document, lambda: self.bench.jobs.is_busy or not self.controller.is_idle, self)
         self.engine.start()
 
     def _build_centre(self) -> None:

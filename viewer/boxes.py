@@ -6,10 +6,18 @@ import numpy as np
 
 from bake.types import Float64Array, World
 
+_ABREAST = 64
+"""Points compared side by side: long rows are read as fast as memory gives them, single axes a tenth as fast."""
+
 
 def box_around(positions: Float64Array) -> Float64Array:
-    """Lowest and highest corner of points of shape (n, 3), shape (2, 3); axis by axis is several times as fast."""
-    return np.array([[axis.min() for axis in positions.T], [axis.max() for axis in positions.T]])
+    """Lowest and highest corner of points of shape (n, 3), shape (2, 3)."""
+    whole = len(positions) // _ABREAST * _ABREAST
+    if not whole or not positions.flags.c_contiguous:
+        return np.array([[axis.min() for axis in positions.T], [axis.max() for axis in positions.T]])
+    rows, rest = positions[:whole].reshape(-1, 3 * _ABREAST), positions[whole:]
+    low = np.concatenate((rows.min(axis=0).reshape(-1, 3), rest)).min(axis=0)
+    return np.stack((low, np.concatenate((rows.max(axis=0).reshape(-1, 3), rest)).max(axis=0)))
 
 
 def object_boxes(world: World) -> Float64Array:

@@ -49,8 +49,10 @@ class SurfacePicker:
     def __init__(self, positions: Float64Array, faces: Int32Array, subset: Int64Array | None = None) -> None:
         self._positions = positions
         self._faces = faces
-        subset = np.arange(len(faces)) if subset is None else np.asarray(subset)
-        self._chunks = [subset[start : start + CHUNK_FACES] for start in range(0, len(subset), CHUNK_FACES)]
+        chosen: Int32Array = (np.arange(len(faces), dtype=np.int32) if subset is None else subset).astype(
+            np.int32, copy=False
+        )
+        self._chunks = [chosen[start : start + CHUNK_FACES] for start in range(0, len(chosen), CHUNK_FACES)]
         self._locators: list[vtkStaticCellLocator | None] = [None] * len(self._chunks)
         self._missing = list(range(len(self._chunks)))[::-1]
         self._bounds = np.zeros((len(self._chunks), 2, 3))

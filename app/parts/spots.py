@@ -9,7 +9,7 @@ import numpy as np
 
 from app.actions import Action, ActionSpec
 from app.region_flight import free_eye, looking
-from app.spot_table import SpotTable
+from app.spot_table import ListedSpots, SpotTable, listed_spots
 from app.window_parts import DockSpec, Part, Side, Workbench
 from bake.errors import DeviceError, ObscuraError
 from bake.explain.spots import Spots, find_spots
@@ -134,23 +134,26 @@ class SpotsPart(Part):
         self.bench.jobs.drop(_LOOKS)
         self.table.set_message("Looking …")
         distance = result.settings.column_distances[self._column]
-        self.bench.jobs.run(PANEL, lambda: find_spots(result, distance=distance), self._on_found, self._on_failed)
+        self.bench.jobs.run(
+            PANEL, lambda: _listed(result, find_spots(result, distance=distance)), self._on_found, self._on_failed
+        )
 
-    def _on_found(self, spots: Spots) -> None:
+    def _on_found(self, found: tuple[Spots, ListedSpots]) -> None:
         result = self.bench.document.result
         if result is not None:
-            self._set(spots)
-            self.bench.jobs.run(_LOOKS, lambda: _looked_at(result, spots), self._on_looked, self._on_failed)
+            self._set(*found)
+            self.bench.jobs.run(
+                _LOOKS, lambda: _listed(result, _looked_at(result, found[0])), self._on_looked, self._on_failed
+            )
 
-    def _on_looked(self, spots: Spots) -> None:
+    def _on_looked(self, looked: tuple[Spots, ListedSpots]) -> None:
         if self.table.chosen() < 0:  # rows do not move once somebody works with them
-            self._set(spots)
+            self._set(*looked)
 
-    def _set(self, spots: Spots) -> None:
-        world = self.bench.document.world
-        if world is not None:
+    def _set(self, spots: Spots, listed: ListedSpots) -> None:
+        if self.bench.document.world is not None:
             self.spots = spots
-            self.table.set_spots(spots, world.object_paths)
+            self.table.set_spots(spots, listed)
             self._mark()
 
     def _on_failed(self, error: ObscuraError) -> None:
@@ -164,6 +167,10 @@ class SpotsPart(Part):
             marks = spot_marks(world, spots, chosen, everything=self.table.marks.isChecked())
         for viewport in self.bench.area.viewports:
             viewport.set_points(_MARKS, marks, _PIXELS)
+
+
+def _listed(result: BakeResult, spots: Spots) -> tuple[Spots, ListedSpots]:
+    return spots, listed_spots(spots, result.world.object_paths)
 
 
 def _looked_at(result: BakeResult, spots: Spots) -> Spots:

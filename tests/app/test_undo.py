@@ -262,6 +262,12 @@ def test_results_on_other_disks_are_kept_beside_themselves(
     assert next(where.glob("field_ao-*")).stat().st_nlink == 2
     kept.drop_others((where,), kept.count)
     assert where.exists()
+    again = kept.keep(result)  # nothing has changed since
+    assert again is not None
+    assert {file.name for file in again.iterdir()} == {file.name for file in where.iterdir()}
+    kept.drop_others((again,), kept.count)
+    assert again.exists()
+    assert not where.exists()
     kept.drop_others((), kept.count)
     assert sorted(path.name for path in result.parent.iterdir()) == ["result"]
     assert kept.keep(tmp_path) is None
