@@ -8,11 +8,12 @@ import numpy as np
 
 from bake.in_parts import meanwhile
 from bake.scene.coincident import find_coincident
+from bake.scene.edges import count_edges, known_edge_counts
 from bake.scene.extent import box_of
 from bake.scene.normals import known_opposing_normals
 from bake.scene.surface import lacking_surface, referenced_vertices
 from bake.scene.weld import known_places
-from bake.types import BoolArray, Int64Array, Mesh
+from bake.types import Mesh
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,33 +47,19 @@ def check_mesh(mesh: Mesh) -> MeshCheck:
     used = referenced_vertices(mesh.faces, len(mesh.positions))
     low, high = box_of(mesh.positions if used.all() else mesh.positions[used]) if used.any() else (np.zeros(3),) * 2
     points, slivers = lacking_surface(mesh.positions, mesh.faces, np.array([np.linalg.norm(high - low)], np.float64))
-    welded = known_places(mesh.positions)[mesh.faces]
     coincident = find_coincident(mesh.positions, mesh.faces)
-    inconsistent, non_manifold = _count_edges(welded, coincident.repeated | points)
+    left_out = coincident.repeated | points
+    if left_out.any():
+        edges = count_edges(known_places(mesh.positions)[mesh.faces[~left_out]])
+    else:
+        edges = known_edge_counts(mesh.positions, mesh.faces)
     return MeshCheck(
         zero_area_faces=int(points.sum()),
         sliver_faces=int(slivers.sum()),
         duplicate_faces=int(coincident.duplicate.sum()),
         opposed_faces=int(coincident.opposed.sum()),
         unreferenced_vertices=int(len(used) - used.sum()),
-        inconsistent_edges=inconsistent,
-        non_manifold_edges=non_manifold,
+        inconsistent_edges=edges.inconsistent,
+        non_manifold_edges=edges.non_manifold,
         opposing_normals=int(opposing().sum()),
     )
-
-
-def _count_edges(welded: Int64Array, left_out: BoolArray) -> tuple[int, int]:
-    """Edges that two faces run along in the same direction, and edges of more than two faces."""
-    kept = welded[~left_out] if left_out.any() else welded
-    start, end = kept.reshape(-1), kept[:, [1, 2, 0]].reshape(-1)
-    number = int(kept.max(initial=-1)) + 1
-    # Below 2⁶³, as there are fewer than 2³¹ places: the edge, and in its last bit which way the face runs along it.
-    keys = ((np.minimum(start, end) * number + np.maximum(start, end)) << 1) | (start < end)
-    proper = start != end
-    keys = np.sort(keys if proper.all() else keys[proper])
-    edges = keys >> 1
-    begins = np.flatnonzero(np.append(True, edges[1:] != edges[:-1])) if len(edges) else np.zeros(0, np.int64)
-    counts = np.diff(np.append(begins, len(edges)))
-    pairs = begins[counts == 2]
-    inconsistent = ((keys[pairs] ^ keys[pairs + 1]) & 1) == 0
-    return int(inconsistent.sum()), int((counts > 2).sum())

@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import coo_matrix  # pyright: ignore[reportMissingTypeStubs]
-from scipy.sparse.csgraph import (  # pyright: ignore[reportMissingTypeStubs]
-    connected_components,  # pyright: ignore[reportUnknownVariableType]
-)
 
 from bake.equal_rows import stable_order
 from bake.in_parts import in_parts, meanwhile
+from bake.scene.edges import EdgeCounts, MeshEdges
+from bake.scene.fans import find_fans
 from bake.scene.remembered import remembered
 from bake.scene.surface import referenced_vertices
-from bake.scene.weld import weld_positions
+from bake.scene.weld import places_of
 from bake.triangles import Triangles, Vectors, columns, dot, normals_of
 from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array
-
-# Faces around one edge that are all compared with each other; more than that only in deliberately odd files.
-MOST_FACES_COMPARED = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +25,15 @@ class CreaseSplit:
         faces: Shape (m, 3), int32, into the split vertices; order and corners as before.
         normals: Shape (n, 3), float32, unit; zero for vertices without a face of any area.
         source: Shape (n,), int32, ascending: the vertex that each split vertex came from. Every one occurs.
+        place: Shape (n,), int64: equal numbers for vertices at the same place (`places_of`).
+        edges: How many edges are odd.
     """
 
     faces: Int32Array
     normals: Float32Array
     source: Int32Array
+    place: Int64Array
+    edges: EdgeCounts
 
 
 def crease_normals(positions: Float64Array, faces: Int64Array | Int32Array, crease_angle: float) -> CreaseSplit:
@@ -53,33 +48,61 @@ def crease_normals(positions: Float64Array, faces: Int64Array | Int32Array, crea
         faces: Shape (m, 3), indices within range.
         crease_angle: In degrees; faces that meet at a larger angle keep normals of their own.
     """
-    faces = faces.astype(np.int64)
     count = len(faces)
     looking = meanwhile(lambda: _face_directions(positions, faces), count)
-    welded = weld_positions(positions)[faces]
-    joined = _join_corners(welded, lambda: looking()[0], np.cos(np.radians(crease_angle)))
+    place, places = places_of(positions), len(positions)
+    welded = place[faces]
+    edges = MeshEdges(welded)
     directions, angles = looking()
-    # Corner c of face f is number 3 f + c; a split vertex is a (group, source vertex) pair.
-    groups = int(joined.max(initial=-1)) + 1
-    summing = meanwhile(
-        lambda: np.stack(
-            [np.bincount(joined, (directions[:, axis, None] * angles).ravel(), groups) for axis in range(3)], axis=1
-        ),
-        count,
-    )
-    keys = faces.reshape(-1) * np.int64(max(groups, 1)) + joined
+    summing = meanwhile(lambda: _sums(directions, angles, edges.start, places), count)
+    counting = meanwhile(edges.counts, count)
+    fans = find_fans(edges, places, directions, np.cos(np.radians(crease_angle)))
+    groups = int(fans.group.max(initial=-1)) + 1
+
+    # A vertex of a whole place stays one; elsewhere, each group that it has corners in makes one of it.
+    corner_vertex = faces.reshape(-1)
+    unique, number, _ = _numbered(corner_vertex[fans.others] * np.int64(max(groups, 1)) + fans.group)
+    source, group = np.divmod(unique, max(groups, 1))
+    made = np.bincount(source, minlength=len(positions))
+    count_of = np.maximum(made, 1)
+    first = np.cumsum(count_of) - count_of
+    split = first[source] + np.arange(len(source)) - (np.cumsum(made) - made)[source]
+    corners = first.astype(np.int32).take(corner_vertex)
+    corners[fans.others] = split[number]
+    normals = np.zeros((int(count_of.sum()), 3))
     used = referenced_vertices(faces, len(positions))
-    if not used.all():
-        keys = np.concatenate((keys, np.flatnonzero(~used) * np.int64(max(groups, 1))))
-    unique, corner_vertex, first = _numbered(keys)
-    normals = np.zeros((len(unique), 3))
-    has_corner = first < 3 * count
-    normals[has_corner] = summing()[joined[first[has_corner]]]
+    normals[first[used]] = summing().take(place[used], axis=0)
+    if len(split):
+        normals[split] = _sums_of(directions, angles, fans.others, fans.group, groups)[group]
+    source_vertex = np.repeat(np.arange(len(positions), dtype=np.int32), count_of)
     return CreaseSplit(
-        faces=corner_vertex[: 3 * count].reshape(count, 3),
+        faces=corners.reshape(count, 3),
         normals=unit_vectors(normals),
-        source=(unique // max(groups, 1)).astype(np.int32),
+        source=source_vertex,
+        place=place[source_vertex],
+        edges=counting(),
     )
+
+
+def _sums(directions: Vectors, angles: Float64Array, bin_of: Int64Array, bins: int) -> Float64Array:
+    """Sums of face normals weighted by corner angle over the corners of each bin, shape (bins, 3)."""
+    sums = np.empty((bins, 3))
+
+    def axes(begin: int, end: int) -> None:
+        for axis in range(begin, end):
+            sums[:, axis] = np.bincount(bin_of, (directions[axis][:, None] * angles).ravel(), bins)
+
+    in_parts(axes, 3, 1)
+    return sums
+
+
+def _sums_of(
+    directions: Vectors, angles: Float64Array, corners: Int64Array, bin_of: Int64Array, bins: int
+) -> Float64Array:
+    """The same for some corners, shape (k,)."""
+    face, angle = corners // 3, angles.ravel().take(corners)
+    sums = [np.bincount(bin_of, axis.take(face) * angle, bins) for axis in directions]
+    return np.stack(sums, axis=1).astype(np.float64, copy=False)
 
 
 def _numbered(keys: Int64Array) -> tuple[Int64Array, Int32Array, Int64Array]:
@@ -93,9 +116,10 @@ def _numbered(keys: Int64Array) -> tuple[Int64Array, Int32Array, Int64Array]:
     return ascending[is_new], number, order[is_new]
 
 
-def _face_directions(positions: Float64Array, faces: Int64Array) -> tuple[Float64Array, Float64Array]:
-    """Unit face normals, shape (m, 3), zero for faces without area, and corner angles in radians, shape (m, 3)."""
-    directions, angles = np.empty((len(faces), 3)), np.empty((len(faces), 3))
+def _face_directions(positions: Float64Array, faces: Int64Array | Int32Array) -> tuple[Vectors, Float64Array]:
+    """Unit face normals, m of them, zero for faces without area, and corner angles in radians, shape (m, 3)."""
+    x, y, z = directions = np.empty((3, len(faces)))
+    angles = np.empty((len(faces), 3))
     triangles = Triangles(positions, faces)
 
     def part(begin: int, end: int) -> None:
@@ -104,66 +128,12 @@ def _face_directions(positions: Float64Array, faces: Int64Array) -> tuple[Float6
         lengths = np.sqrt(dot(normals, normals))
         divisor = np.where(lengths > 0.0, lengths, np.inf)
         for axis in range(3):
-            directions[begin:end, axis] = normals[axis] / divisor
+            directions[axis, begin:end] = normals[axis] / divisor
         for corner in range(3):
             angles[begin:end, corner] = np.arctan2(lengths, -dot(sides[corner], sides[corner - 1]))
 
     in_parts(part, len(faces))
-    return directions, angles
-
-
-def _join_corners(welded: Int64Array, directions: Callable[[], Float64Array], least_cosine: float) -> Int64Array:
-    """Group of each corner, shape (3 m,), int64: corners joined across edges flatter than the crease."""
-    count = len(welded)
-    start, end = welded.reshape(-1), welded[:, [1, 2, 0]].reshape(-1)
-    corner = np.arange(3 * count, dtype=np.int32 if 3 * count < 2**31 else np.int64)
-    number = int(welded.max(initial=-1)) + 1
-    edges = (np.minimum(start, end) * number + np.maximum(start, end)).astype(np.uint64)
-    order = stable_order(edges, number * number)
-    keys, order = edges[order], order.astype(corner.dtype)
-    by_axis = columns(directions())
-    rows: list[NDArray[Any]] = []
-    others: list[NDArray[Any]] = []
-    for step in range(1, MOST_FACES_COMPARED):
-        same = np.flatnonzero(keys[step:] == keys[:-step])
-        if len(same) == 0:
-            break
-        first, second = order[same], order[same + step]
-        flat = np.empty(len(same), np.bool_)
-        joined = np.empty((4, len(same)), corner.dtype)
-
-        in_parts(partial(_ends, start, by_axis, least_cosine, first, second, flat, joined), len(same))
-        joined = joined if flat.all() else joined[:, flat]
-        rows += [joined[0], joined[1]]
-        others += [joined[2], joined[3]]
-    if not rows:
-        return corner.astype(np.int64)
-    row, column = np.concatenate(rows), np.concatenate(others)
-    graph = coo_matrix((np.ones(len(row), np.int32), (row, column)), shape=(3 * count, 3 * count))
-    return np.asarray(connected_components(graph.tocsr(), directed=False)[1], np.int64)
-
-
-def _ends(
-    start: Int64Array,
-    directions: Vectors,
-    least_cosine: float,
-    first: NDArray[Any],
-    second: NDArray[Any],
-    flat: BoolArray,
-    joined: NDArray[Any],
-    begin: int,
-    end: int,
-) -> None:
-    """Of edges `begin` to `end`, whether they are flat, and which corners of their first and second face meet."""
-    one, other = first[begin:end], second[begin:end]
-    face, face_beyond = one // 3, other // 3
-    cosine = np.zeros(len(one))
-    for axis in directions:
-        cosine += axis.take(face) * axis.take(face_beyond)
-    flat[begin:end] = cosine >= least_cosine
-    forward = start.take(one) == start.take(other)  # both faces run along the edge in the same direction
-    next_one, next_other = one + 1 - 3 * (one - 3 * face == 2), other + 1 - 3 * (other - 3 * face_beyond == 2)
-    joined[:, begin:end] = one, next_one, np.where(forward, other, next_other), np.where(forward, next_other, other)
+    return (x, y, z), angles
 
 
 def unit_vectors(vectors: Float64Array | Float32Array, matrix: Float64Array | None = None) -> Float32Array:

@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bake.errors import SceneError
+from bake.scene.edges import known_edge_counts
 from bake.scene.files import FileLedger
 from bake.scene.normals import crease_normals, unit_vectors
 from bake.scene.parsed import ParsedFile, Placement
 from bake.scene.ply_elements import PlyElement, read_ply_elements
 from bake.scene.polygons import triangulate_polygons
+from bake.scene.weld import known_places
 from bake.types import Finding, Float32Array, Float64Array, Int32Array, Int64Array, Material, Mesh
 
 INDEX_LISTS = ("vertex_indices", "vertex_index")
@@ -54,6 +56,8 @@ def parse_ply(ledger: FileLedger, *, crease_angle: float) -> ParsedFile:
     if stored is None:
         split = crease_normals(positions, faces, crease_angle)
         positions, faces, source = positions[split.source], split.faces, split.source
+        known_places.tell(split.place, positions)
+        known_edge_counts.tell(split.edges, positions, faces)
         normals: Float32Array = split.normals
         detail = f"It has no normals: made with a crease angle of {crease_angle:g}°."
         findings.append(Finding(name, "normals-made", len(positions), detail, "info"))

@@ -8,32 +8,40 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable
-from functools import wraps
-from typing import Any, TypeVar
+from functools import update_wrapper
+from typing import Any, Generic, TypeVar
 
 _T = TypeVar("_T")
 
 
-def remembered(function: Callable[..., _T]) -> Callable[..., _T]:
+class remembered(Generic[_T]):  # a decorator
     """The same function of arrays, which are told apart by identity and must not be changed in place.
 
-    Returns:
-        A function whose result is forgotten as soon as one of its arrays is.
-    """
-    kept: dict[tuple[int, ...], tuple[_T, list[weakref.ref[Any]]]] = {}
+    A result is forgotten as soon as one of its arrays is.
 
-    @wraps(function)
-    def known(*arrays: Any) -> _T:
-        key = tuple(map(id, arrays))
-        found = kept.get(key)
+    Args:
+        function: Of arrays.
+    """
+
+    def __init__(self, function: Callable[..., _T]) -> None:
+        self._function = function
+        self._kept: dict[tuple[int, ...], tuple[_T, list[weakref.ref[Any]]]] = {}
+        update_wrapper(self, function)
+
+    def __call__(self, *arrays: Any) -> _T:
+        """The function's result."""
+        found = self._kept.get(tuple(map(id, arrays)))
         if found is not None:
             return found[0]
-        result = function(*arrays)
+        result = self._function(*arrays)
+        self.tell(result, *arrays)
+        return result
+
+    def tell(self, result: _T, *arrays: Any) -> None:
+        """Says what the function would give for some arrays, where that is known from elsewhere."""
+        kept, key = self._kept, tuple(map(id, arrays))
 
         def forget(_: weakref.ref[Any]) -> None:
             kept.pop(key, None)
 
         kept[key] = (result, [weakref.ref(array, forget) for array in arrays])
-        return result
-
-    return known

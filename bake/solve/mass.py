@@ -164,7 +164,7 @@ def right_hand_side(surface: Surface, moments: FaceMoments) -> Float64Array:
 def square_error(corners: Int64Array, values: Float64Array, moments: FaceMoments) -> Float64Array:
     """Σ dA (interpolated value - sample)² over some faces, shape (k,), m², from their sums."""
     errors = np.zeros(values.shape[1])
-    squares, products = np.empty((2, *corners.shape))
+    squares, products = np.empty(corners.shape), np.empty(corners.shape)
     for k in range(values.shape[1]):
         column = np.ascontiguousarray(values[:, k])
 
