@@ -81,16 +81,23 @@ def stable_order(keys: UInt64Array, most: int) -> Int64Array:
     return sorted_with_places(keys, most)[1]
 
 
-def sorted_with_places(keys: UInt64Array, most: int) -> tuple[UInt64Array, Int64Array]:
+def sorted_with_places(
+    keys: UInt64Array, most: int, dtype: type[np.int32 | np.int64] = np.int64
+) -> tuple[UInt64Array, NDArray[Any]]:
     """Keys up to `most` in ascending order, and where each was, equal ones in their order; each shape (n,).
 
     Numbers are sorted many times faster than their places: each key takes its place along in its low bits if there is
     room.
+
+    Args:
+        keys: Shape (n,).
+        most: The largest that a key may be.
+        dtype: Of the places.
     """
     bits = len(keys).bit_length()
     if most.bit_length() + bits > 64:
         order = np.argsort(keys, kind="stable")
-        return keys[order], order
+        return keys[order], order.astype(dtype, copy=False)
     shift, places = np.uint64(bits), np.uint64((1 << bits) - 1)
     packed = np.empty(len(keys), np.uint64)
 
@@ -99,7 +106,7 @@ def sorted_with_places(keys: UInt64Array, most: int) -> tuple[UInt64Array, Int64
 
     in_parts(pack, len(keys))
     packed.sort()
-    order = np.empty(len(keys), np.int64)
+    order = np.empty(len(keys), dtype)
 
     def unpack(begin: int, end: int) -> None:
         order[begin:end] = packed[begin:end] & places
