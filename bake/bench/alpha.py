@@ -39,6 +39,7 @@ def measure_alpha(scenes: Iterable[Path], options: Mapping[str, Any]) -> Measure
         options: Bake options by long name; rays and samples are the benchmark's.
     """
     paths = list(scenes)
+    title = "alpha" if paths else "alpha: comparison field"
     rows: list[dict[str, Any]] = []
     with TemporaryDirectory() as folder:
         if not paths:
@@ -53,7 +54,7 @@ def measure_alpha(scenes: Iterable[Path], options: Mapping[str, Any]) -> Measure
         f"chosen: from the samples alone, by least estimated error; ratios: RMSE at the chosen alpha over that at "
         f"{_DEFAULT:g}, and over that at the best candidate, which takes the reference to know",
     ]
-    return Measurements("alpha", rows, notes, seeds={"bake": bake_seed(options), "added noise": 1})
+    return Measurements(title, rows, notes, seeds={"bake": bake_seed(options), "added noise": 1})
 
 
 def _rows(path: Path, options: Mapping[str, Any]) -> dict[str, Any]:

@@ -34,7 +34,7 @@ MOST_ITERATIONS = 200
 
 
 def measure_mappings(paths: Iterable[Path], options: Mapping[str, Any], *, scale: float = 1.0) -> Measurements:
-    """Three rows a scene: weighted average, least squares, rays from the vertices.
+    """Three rows a scene: weighted average, least squares, rays from the vertices. A lone scene's name is the table's.
 
     Args:
         paths: Scene files, or folders that are searched for them.
@@ -42,12 +42,13 @@ def measure_mappings(paths: Iterable[Path], options: Mapping[str, Any], *, scale
         scale: Metres in a unit of the files.
     """
     rows: list[dict[str, Any]] = []
-    for scene in find_scenes(paths):
+    scenes = find_scenes(paths)
+    for scene in scenes:
         outcome = isolated(_rows_or_refusal, scene, options, scale)
         rows += outcome.get("rows", [outcome])
     seed = bake_seed(options)
     return Measurements(
-        "mapping",
+        f"mapping: {scenes[0].name}" if len(scenes) == 1 else "mapping",
         rows,
         [
             f"root mean square error of the interpolated AO against {REFERENCE_RAYS:,} rays at {POINTS:,} points, half "
