@@ -25,6 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bake.in_parts import in_parts
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 
 SLIVER = 1e-6
@@ -147,43 +148,63 @@ def unfold(positions: Float64Array, corners: Int64Array, edges: Edges) -> Butter
         corners: Shape (m, 3), int64, unknowns.
         edges: From `find_edges`.
     """
-    cotangent, double_area, longest = _triangles(positions[corners])
+    cotangent, double_area, longest = _triangles(positions, corners)
     cotangent, corner, of_side = cotangent.ravel(), corners.ravel(), edges.of_face.ravel()
     count = len(edges.wings)
-    face, turn = np.divmod(edges.wings, 3)
-    after = edges.wings + np.where(turn == 2, -2, 1)
-    opposite = edges.wings + np.where(turn == 0, 2, -1)
-    stencil = np.empty((count, 4), np.int32)
-    a = corner[edges.wings[:, 0]]
-    b = corner[after[:, 0]]
-    stencil[:, 0], stencil[:, 1] = a, b
-    sides = np.empty((count, 4), np.int32)
-    operator = np.zeros((count, 4))
-    length = np.linalg.norm(positions[b] - positions[a], axis=1)
-    proper = length > 0
-    for wing in range(2):
-        tail, head, top = edges.wings[:, wing], after[:, wing], opposite[:, wing]
-        forward = corner[tail] == a  # whether the side runs from a to b
-        at_a = cotangent[np.where(forward, tail, head)]
-        at_b = cotangent[np.where(forward, head, tail)]
-        operator[:, 0] -= at_b
-        operator[:, 1] -= at_a
-        operator[:, 2 + wing] = at_a + at_b
-        stencil[:, 2 + wing] = corner[top]
-        sides[:, 2 * wing] = of_side[np.where(forward, top, head)]
-        sides[:, 2 * wing + 1] = of_side[np.where(forward, head, top)]
-        proper &= double_area[face[:, wing]] > SLIVER * longest[face[:, wing]] * length
-    proper &= stencil[:, 2] != stencil[:, 3]
-    operator *= (0.5 * double_area[face].sum(axis=1) / np.where(length > 0, length, 1.0))[:, None]
-    keep = slice(None) if proper.all() else np.flatnonzero(proper)
+    stencil, sides = np.empty((count, 4), np.int32), np.empty((count, 4), np.int32)
+    operator = np.empty((count, 4))
+    hinge, faces = np.empty(count, np.int32), np.empty((count, 2), np.int32)
+    proper = np.empty(count, np.bool_)
+
+    def part(begin: int, end: int) -> None:
+        wings = edges.wings[begin:end]
+        first, second = wings.T
+        a, b = corner[first], corner[_next_side(first)]
+        arm = positions[b] - positions[a]
+        length = np.sqrt(np.einsum("ij,ij->i", arm, arm))
+        fits = length > 0
+        at_ends = np.zeros((2, end - begin))
+        area = np.zeros(end - begin)
+        for wing, tail in enumerate((first, second)):
+            face = tail // 3
+            head, top = _next_side(tail), _next_side(_next_side(tail))
+            forward = corner[tail] == a  # whether the side runs from a to b
+            at_a = cotangent[np.where(forward, tail, head)]
+            at_b = cotangent[np.where(forward, head, tail)]
+            at_ends[0] -= at_b
+            at_ends[1] -= at_a
+            operator[begin:end, 2 + wing] = at_a + at_b
+            stencil[begin:end, 2 + wing] = corner[top]
+            sides[begin:end, 2 * wing] = of_side[np.where(forward, top, head)]
+            sides[begin:end, 2 * wing + 1] = of_side[np.where(forward, head, top)]
+            faces[begin:end, wing] = face
+            twice = double_area[face]
+            area += twice
+            fits &= twice > SLIVER * longest[face] * length
+        fits &= stencil[begin:end, 2] != stencil[begin:end, 3]
+        stencil[begin:end, 0], stencil[begin:end, 1] = a, b
+        operator[begin:end, 0], operator[begin:end, 1] = at_ends
+        operator[begin:end] *= (0.5 * area / np.where(length > 0, length, 1.0))[:, None]
+        hinge[begin:end] = of_side[first]
+        proper[begin:end] = fits
+
+    in_parts(part, count)
+    if proper.all():
+        return Butterflies(stencil, operator, hinge, sides, faces, degenerate=0)
+    keep = np.flatnonzero(proper)
     return Butterflies(
         stencil=stencil[keep],
         operator=operator[keep],
-        hinge=of_side[edges.wings[:, 0]].astype(np.int32)[keep],
+        hinge=hinge[keep],
         sides=sides[keep],
-        faces=face.astype(np.int32)[keep],
-        degenerate=int(np.count_nonzero(~proper)),
+        faces=faces[keep],
+        degenerate=count - len(keep),
     )
+
+
+def _next_side(side: Int64Array) -> Int64Array:
+    """The side of the same face that begins where this one ends."""
+    return side + np.where(side % 3 == 2, -2, 1)
 
 
 def without_slivers(
@@ -195,17 +216,40 @@ def without_slivers(
 
 
 def _longest_squared(positions: Float64Array, corners: Int64Array) -> Float64Array:
-    longest = np.zeros(len(corners))
-    for side in range(3):
-        arm = positions[corners[:, side - 1]] - positions[corners[:, side]]
-        np.maximum(longest, np.einsum("ij,ij->i", arm, arm), out=longest)
+    longest = np.empty(len(corners))
+
+    def part(begin: int, end: int) -> None:
+        longest[begin:end] = np.einsum("ijk,ijk->ij", *2 * (_arms(positions, corners[begin:end]),)).max(axis=1)
+
+    in_parts(part, len(corners))
     return longest
 
 
-def _triangles(corner: Float64Array) -> tuple[Float64Array, Float64Array, Float64Array]:
+def _arms(positions: Float64Array, corners: Int64Array) -> Float64Array:
+    """From corner s to corner s + 1, shape (m, 3, 3)."""
+    corner = positions[corners]
+    arm = np.empty(corner.shape)
+    for side in range(3):
+        np.subtract(corner[:, (side + 1) % 3], corner[:, side], out=arm[:, side])
+    return arm
+
+
+def _triangles(positions: Float64Array, corners: Int64Array) -> tuple[Float64Array, Float64Array, Float64Array]:
     """Cotangents of the angles, shape (m, 3); twice the area and the longest edge, shape (m,)."""
-    arm = corner[:, [1, 2, 0]] - corner  # from corner s to corner s + 1
-    double_area = np.linalg.norm(np.cross(arm[:, 0], arm[:, 1]), axis=1)
-    dots = -np.einsum("ijk,ijk->ij", arm, arm[:, [2, 0, 1]])
-    longest = np.sqrt(np.einsum("ijk,ijk->ij", arm, arm).max(axis=1, initial=0.0))
-    return dots / np.where(double_area > 0, double_area, np.inf)[:, None], double_area, longest
+    count = len(corners)
+    cotangent, double_area, longest = np.empty((count, 3)), np.empty(count), np.empty(count)
+
+    def part(begin: int, end: int) -> None:
+        arm = _arms(positions, corners[begin:end])
+        (ax, ay, az), (bx, by, bz) = arm[:, 0].T, arm[:, 1].T
+        x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        area = np.sqrt(x * x + y * y + z * z)
+        double_area[begin:end] = area
+        longest[begin:end] = np.sqrt(np.einsum("ijk,ijk->ij", arm, arm).max(axis=1))
+        inverse = np.where(area > 0, area, np.inf)
+        for side in range(3):
+            dots = np.einsum("ij,ij->i", arm[:, side], arm[:, side - 1])
+            np.divide(-dots, inverse, out=cotangent[begin:end, side])
+
+    in_parts(part, count)
+    return cotangent, double_area, longest
