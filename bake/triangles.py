@@ -20,7 +20,7 @@ class Triangles:
         faces: Shape (m, 3).
     """
 
-    def __init__(self, positions: Float64Array, faces: Int32Array | Int64Array) -> None:
+    def __init__(self, positions: Float64Array | Float32Array, faces: Int32Array | Int64Array) -> None:
         self._positions = columns(positions)
         self._corners = [np.ascontiguousarray(faces[:, corner]) for corner in range(3)]
 

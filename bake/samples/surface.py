@@ -11,6 +11,7 @@ from bake.geometry import as_traced
 from bake.in_parts import AT_ONCE, in_parts, in_spans
 from bake.low_discrepancy import hash_u32, owen_sobol
 from bake.settings import BakeSettings
+from bake.triangles import Triangles, cross, dot
 from bake.types import Float32Array, Float64Array, Int32Array, Int64Array, SampleSet, UInt32Array, World
 
 _POSITION_SALT = np.uint32(0x68E31DA4)
@@ -26,11 +27,12 @@ def place_samples(world: World, settings: BakeSettings) -> SampleSet:
     """
     faces = world.face_count
     count, share, seed = np.zeros(faces, np.int64), np.empty(faces, np.float32), np.empty(faces, np.uint32)
-    points, declared, seeds = as_traced(world.positions), _declared(world), _object_seeds(world, settings.seed)
+    triangles = Triangles(as_traced(world.positions), world.faces)
+    declared, seeds = _declared(world), _object_seeds(world, settings.seed)
 
     def prepare(begin: int, end: int) -> None:
         here = slice(begin, end)
-        own, area = world.face_object[here], _areas(points, world.faces[here])
+        own, area = world.face_object[here], _areas(triangles, begin, end)
         takes = world.face_samples[here] & (area > 0.0)
         count[here] = np.where(takes, _samples_per_face(area, declared[own], settings), 0)
         share[here] = area / np.maximum(count[here], 1)
@@ -56,10 +58,11 @@ def place_samples(world: World, settings: BakeSettings) -> SampleSet:
     return SampleSet(face=face, barycentric=barycentric, area=area, index=index, face_seed=seed)
 
 
-def _areas(points: Float32Array, faces: Int32Array) -> Float64Array:
-    """Of the faces as they are traced, shape (m,), m²."""
-    a, b, c = (points[faces[:, k]].astype(np.float64) for k in range(3))
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+def _areas(triangles: Triangles, begin: int, end: int) -> Float64Array:
+    """Of faces `begin` to `end`, shape (m,), m²."""
+    ab, _, ca = triangles.sides(begin, end)
+    normal = cross(ab, (-ca[0], -ca[1], -ca[2]))
+    return 0.5 * np.sqrt(dot(normal, normal))
 
 
 def _declared(world: World) -> Int64Array:

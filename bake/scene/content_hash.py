@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import fields
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bake.types import Float64Array, Material, Mesh, ObjectKeys, Scene, SceneObject
 
@@ -47,7 +49,7 @@ class ContentHasher:
     def _mesh_digest(self, mesh: Mesh) -> bytes:
         used, local = np.unique(mesh.face_material, return_inverse=True)
         arrays = (mesh.positions, mesh.normals, mesh.faces, local.astype(np.int32), mesh.uvs)
-        parts = [b"" if array is None else np.ascontiguousarray(array).tobytes() for array in arrays]
+        parts = [b"" if array is None else _bytes_of(array) for array in arrays]
         return _digest(*parts, *(self._material_digest(index) for index in used.tolist()))
 
     def _material_digest(self, index: int) -> bytes:
@@ -63,7 +65,11 @@ def _same(a: Scene, b: Scene) -> bool:
     )
 
 
-def _digest(*parts: bytes) -> bytes:
+def _bytes_of(array: NDArray[Any]) -> memoryview:
+    return np.ascontiguousarray(array).reshape(-1).view(np.uint8).data
+
+
+def _digest(*parts: bytes | memoryview) -> bytes:
     digest = hashlib.blake2b(digest_size=DIGEST_BYTES)
     for part in parts:
         digest.update(len(part).to_bytes(8, "little"))
@@ -72,6 +78,6 @@ def _digest(*parts: bytes) -> bytes:
 
 
 def _material_digest(material: Material) -> bytes:
-    texture = b"" if material.openness_map is None else np.ascontiguousarray(material.openness_map).tobytes()
+    texture = b"" if material.openness_map is None else _bytes_of(material.openness_map)
     shape = () if material.openness_map is None else material.openness_map.shape
     return _digest(repr((material.two_sided, material.openness, shape)).encode(), texture)

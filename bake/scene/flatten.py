@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bake.errors import SceneError
+from bake.in_parts import meanwhile
 from bake.scene.content_hash import ContentHasher
 from bake.scene.extent import box_of, through_matrix
 from bake.scene.ground import with_ground
@@ -62,6 +63,7 @@ def _flatten(scene: Scene, settings: BakeSettings, origin: Float64Array | None) 
     shared = {index: sharer.share(scene.meshes[index]) for index in sorted({item.mesh for item in objects})}
     placed = _place(objects, shared, origin)
     hasher = ContentHasher(scene)
+    hashing = meanwhile(lambda: tuple(hasher.object_hash(item) for item in objects), int(placed.first_face[-1]))
     face_object = np.repeat(np.arange(len(objects), dtype=np.int32), np.diff(placed.first_face))
     casts = np.array([item.role.casts_opaque for item in objects], np.bool_)[face_object]
     receives = np.array([item.role.receives_per_vertex for item in objects], np.bool_)[face_object]
@@ -94,7 +96,7 @@ def _flatten(scene: Scene, settings: BakeSettings, origin: Float64Array | None) 
         object_paths=tuple(item.path for item in objects),
         object_roles=tuple(item.role for item in objects),
         object_keys=tuple(item.keys for item in objects),
-        object_hash=tuple(hasher.object_hash(item) for item in objects),
+        object_hash=hashing(),
         vertex_uv=np.concatenate([_uvs(shared[item.mesh]) for item in objects]) if lookup else None,
         face_texture=np.concatenate([shared[item.mesh].texture for item in objects]) if lookup else None,
         textures=tuple(sharer.textures) if lookup else (),
