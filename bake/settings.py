@@ -76,7 +76,7 @@ class BakeSettings:
     adaptive_error: float | None = setting(
         None,
         "Adaptive error",
-        "Noise of vertex values at which rays end: a sample sends 8 to --rays, a power of two; without it, all of them",
+        "Noise of vertex values at which rays end: a sample sends 4 to --rays, a power of two; without it, all of them",
         above=0.0,
         high=1.0,
         suggested=0.008,

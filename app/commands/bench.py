@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 USAGE = (
     "accuracy|adaptive|alpha|mapping|speed|workloads|stability|scenes|lods|trees|fog|regions|causes|explain|rebake|window|"
-    "edits [SCENE | FOLDER …] [--scale X] [--scales X,…] [--peers PYTHON] [--placements N] [--injection-seed N] "
-    "[--edits N] [--edit-seeds N,…] [--bound B] [--minutes X] [--largest N] [--tables NAME,…] [--share X] "
-    "[--keep FOLDER] [--plots FOLDER] [--into PAGE] [--json] [settings]"
+    "edits [SCENE | FOLDER …] [--scale X] [--whole-scene] [--scales X,…] [--peers PYTHON] [--placements N] "
+    "[--injection-seed N] [--edits N] [--edit-seeds N,…] [--bound B] [--minutes X] [--largest N] [--tables NAME,…] "
+    "[--share X] [--keep FOLDER] [--plots FOLDER] [--into PAGE] [--json] [settings]"
 )
 
 
@@ -48,6 +48,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("paths", type=Path, nargs="*", metavar="SCENE | FOLDER", help="scenes to measure on")
     parser.add_argument(
         "--scale", type=float, default=1.0, help="metres in a unit of the scenes (accuracy, adaptive and mapping)"
+    )
+    parser.add_argument(
+        "--whole-scene",
+        action="store_true",
+        help="errors of all vertices with one seed, not of patches (adaptive only)",
     )
     parser.add_argument(
         "--plots",
@@ -142,7 +147,8 @@ def _accuracy(arguments: argparse.Namespace) -> Iterable[Measurements]:
 def _adaptive(arguments: argparse.Namespace) -> list[Measurements]:
     from bake.bench.adaptive import measure_adaptive
 
-    return [measure_adaptive(_scenes(arguments), explicit_options(arguments), scale=arguments.scale)]
+    scenes, options = _scenes(arguments), explicit_options(arguments)
+    return [measure_adaptive(scenes, options, scale=arguments.scale, whole=arguments.whole_scene)]
 
 
 def _alpha(arguments: argparse.Namespace) -> list[Measurements]:

@@ -1,24 +1,26 @@
 """What adaptive rays save: the fixed count that comes to the same error, over the rays that they sent.
 
-Measured on patches of a scene, drawn half by area and half by faces, with all of the scene around them. A patch's
-samples send 4 to 256 rays each, as bakes of these counts do, and as many as adaptive rays choose; all are mapped to
-vertices the same way and compared with a mapped reference that has rays of its own. Only vertices all of whose faces
-lie in a patch count. What linear interpolation cannot represent is no part of the error, since it is the same for all.
+For each of several seeds the whole scene is traced with adaptive rays, as a bake does, and timed. Errors are measured
+on patches of it, drawn half by area and half by faces: their samples send 4 to 256 rays each as well, as bakes of these
+counts do; all are mapped to vertices the same way and compared with a mapped reference that has rays of its own. Only
+vertices all of whose faces lie in a patch count. What linear interpolation cannot represent is no part of the error,
+since it is the same for all. Square errors are pooled over the seeds, since a few vertices carry most of them.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
-from bake.bench.patches import PATCH_FACES, Patches, patches_of
+from bake.bench.patches import PATCH_FACES, Patches, patches_of, whole_of
 from bake.bench.scaled import scaled
-from bake.bench.table import Measurements, bake_seed
+from bake.bench.table import Measurements
 from bake.decorators.fog import make_fog
 from bake.devices import resolve
 from bake.pipeline import settings_for
@@ -29,124 +31,198 @@ from bake.solve import VertexMapper
 from bake.solve.importance import SampleImportance
 from bake.stages import drained
 from bake.trace import Tracer, create_tracer
-from bake.trace.adaptive import Importance, trace_adaptively
-from bake.types import Float64Array, SampleSet, Tally, World
+from bake.trace.adaptive import RayPasses, RayPlan, trace_adaptively
+from bake.types import BoolArray, Float64Array, SampleSet, Tally, World
 
 RAYS = 256
-BOUNDS = (0.016, 0.008, 0.004, 0.002)
-REFERENCE_RAYS = 4096
-SAVING, AT = 2.0, 0.008
+BOUNDS = (0.032, 0.016)
+SAVING, AT = 2.0, 0.016
 """Rays of the fixed count of equal error over those sent, all distances together, and the bound it is asked for at."""
 
-SAMPLES = 20_000
-"""Samples of all patches, about."""
+SEEDS = 4
+"""Bakes and sets of patches, from the seed of the settings on."""
 
-_T = TypeVar("_T")
+SAMPLES = 15_000
+"""Samples of a seed's patches, about."""
+
+REFERENCE_RAYS = 1024
+SETTLED_RAYS = 4096
+_OPEN = 0.08  # share of back faces off the threshold up to which the reference sends more rays
+_TWICE = 32  # fixed counts up to this one are traced with two scrambles
+_TIMED = 32
+_SECOND = np.uint32(0x9E3779B9)
 
 
-def measure_adaptive(scenes: Iterable[Path], options: Mapping[str, Any], *, scale: float = 1.0) -> Measurements:
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """What adaptive rays came to, with one seed and bound.
+
+    Attributes:
+        square: Shape (1 + k,): mean square errors of all distances together, then of each.
+        known: The first of these if samples are kept and dropped as the reference says.
+        seconds: For the whole scene, importance and planning included.
+        flipped: Share of the patches' samples whose validity differs from the reference's.
+    """
+
+    plan: RayPlan
+    square: Float64Array
+    known: float
+    seconds: float
+    flipped: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Trial:
+    """One seed's errors.
+
+    Attributes:
+        fixed: Shape (1 + k,) for each fixed count: mean square errors, as in `_Run`.
+        known: The first of these for each count if samples are kept and dropped as the reference says.
+        runs: By bound.
+    """
+
+    fixed: dict[int, Float64Array] = field(default_factory=dict[int, Float64Array])
+    known: dict[int, float] = field(default_factory=dict[int, float])
+    runs: dict[float, _Run] = field(default_factory=dict[float, _Run])
+
+
+def measure_adaptive(
+    scenes: Iterable[Path], options: Mapping[str, Any], *, scale: float = 1.0, whole: bool = False
+) -> Measurements:
     """One row a scene and bound.
 
     Args:
         scenes: Scene files.
-        options: Bake options by long name; `rays` is the most of a sample.
+        options: Bake options by long name; `rays` is the most of a sample, `seed` the first of the seeds.
         scale: Metres in a unit of the files.
+        whole: One seed, and errors of all vertices instead of those of patches.
     """
     rows: list[Mapping[str, Any]] = []
+    first = BakeSettings.from_options({"rays": RAYS, **options}).seed
     for path in scenes:
         settings = settings_for(path, {"rays": RAYS, **options})
         scene = scaled(load_scene(path, crease_angle=settings.crease_angle), scale)
-        rows += _rows(path.name, flatten(scene, settings), settings)
+        rows += _rows(path.name, flatten(scene, settings), settings, 1 if whole else SEEDS, whole)
+    over = (
+        f"one seed, {first}; errors of all vertices"
+        if whole
+        else f"seeds {first} to {first + SEEDS - 1}, each with patches of {PATCH_FACES} faces and {SAMPLES:,} samples; "
+        "spread: lowest and highest saving of a seed by itself"
+    )
     return Measurements(
-        "adaptive rays",
+        "adaptive rays, whole scene" if whole else "adaptive rays",
         rows,
         [
             f"gate: at bound {AT:g}, at least {SAVING:g} times fewer rays than the least fixed count of equal error, "
-            "all distances together",
-            f"patches of {PATCH_FACES} faces and {SAMPLES:,} samples; reference of {REFERENCE_RAYS:,} rays a sample; "
-            "errors of vertex values, half by area and half by faces; each bake throws its own invalid samples away",
-            "RMSE: over all distances together, then by distance; flipped: samples whose validity differs from the "
-            "reference's, with adaptive rays and with all; settling: rays a sample sent only for validity",
+            "all distances and seeds together",
+            f"{over}; reference of {REFERENCE_RAYS:,} rays a sample, {SETTLED_RAYS:,} where its validity is open; "
+            "errors of vertex values, half by area and half by faces; each bake throws its own invalid samples away, "
+            "but for noise alone, where all keep what the reference keeps",
+            f"rays and seconds are those of the whole scene, all planning included; fixed counts take their share of "
+            f"the seconds of {_TIMED} rays",
+            "estimated: by the plan, noise and open validity together; flipped: validity differs from the reference's",
         ],
-        seeds={"bake and patches": bake_seed(options)},
+        seeds={"first": first},
     )
 
 
-def _rows(name: str, world: World, settings: BakeSettings) -> list[Mapping[str, Any]]:
-    samples = place_samples(world, settings)
-    patches = patches_of(world, samples, settings.seed, SAMPLES)
-    mapper = VertexMapper(patches.world, patches.samples, settings)
-    importance = _importance(world, samples, patches, settings)
-    threshold = settings.back_face_threshold
-
-    def values(tally: Tally) -> Float64Array:
-        return mapper.solve(tally.ao, tally.valid(threshold)).ao.astype(np.float64)
-
+def _rows(name: str, world: World, settings: BakeSettings, seeds: int, whole: bool) -> list[Mapping[str, Any]]:
+    trials: list[_Trial] = []
+    second = 0.0
     with create_tracer(world, settings, resolve(settings.device), fog=make_fog(world, settings)) as tracer:
-        other = replace(patches.traced, face_seed=~patches.traced.face_seed)
-        reference = _fixed(tracer, other, settings, REFERENCE_RAYS)
-        truth = values(reference)
-        counted = (patches.share > 0.0) & np.isfinite(truth).all(axis=1)
-
-        def error(tally: Tally) -> Float64Array:
-            """Of all distances together, then of each."""
-            square = (values(tally) - truth)[counted] ** 2
-            each = patches.share[counted] @ square / patches.share[counted].sum()
-            return np.sqrt(np.concatenate([[each.mean()], each]))
-
-        counts = [2**power for power in range(2, int(math.log2(settings.rays)) + 1)]
-        fixed = {count: _fixed(tracer, patches.traced, settings, count) for count in counts}
-        curve = {count: error(tally) for count, tally in fixed.items()}
-        valid = reference.valid(threshold)
-        flipped = float((fixed[settings.rays].valid(threshold) != valid).mean())
-        rows: list[Mapping[str, Any]] = []
-        for bound in BOUNDS:
-            adaptive = settings.replaced(adaptive_error=bound)
-            tally, plan = drained(trace_adaptively(tracer, patches.traced, importance, adaptive))
-
-            def mean(values: np.ndarray) -> float:
-                return float(np.average(values, weights=patches.stands_for))
-
-            own, sent = error(tally), mean(plan.rays)
-            equal = [_count_of(float(own[k]), curve, k) for k in range(len(own))]
-            rows.append(
-                {
-                    "scene": name,
-                    "bound": bound,
-                    "rays a sample": sent,
-                    "noise": plan.noise,
-                    "doubt": plan.doubt,
-                    "settling": plan.settling / len(plan.rays),
-                    "buried %": 100.0 * mean(plan.buried),
-                    "in the open %": 100.0 * mean(plan.unreachable),
-                    **_by_distance("RMSE", own, settings),
-                    **_by_distance("equal fixed count", equal, settings),
-                    **_by_distance("saving", [count / sent for count in equal], settings),
-                    "flipped %": 100.0 * float((tally.valid(threshold) != valid).mean()),
-                    "flipped % with all": 100.0 * flipped,
-                    **({"passed": equal[0] / sent >= SAVING} if bound == AT else {}),
-                }
-            )
-        return rows
+        for seed in range(settings.seed, settings.seed + seeds):
+            own = settings.replaced(seed=seed)
+            samples = place_samples(world, own)
+            patches = whole_of(world, samples) if whole else patches_of(world, samples, seed, SAMPLES)
+            trials.append(_trial(tracer, samples, patches, own, 0 if whole else _TWICE))
+            if seed == settings.seed:
+                begin = time.perf_counter()
+                _fixed(tracer, samples, settings, _TIMED)
+                second = (time.perf_counter() - begin) / _TIMED
+    return [_row(name, bound, trials, second, settings) for bound in BOUNDS]
 
 
-def _importance(world: World, samples: SampleSet, patches: Patches, settings: BakeSettings) -> Importance:
-    """What the patches' samples weigh, as if the patches were the scene."""
-    whole = SampleImportance(world, samples, settings).of()
-    inside = SampleImportance(patches.world, patches.samples, settings)
-    own = whole[patches.rows] * (whole.sum() / whole[patches.rows].sum())
-    before = inside.of()
-    return lambda valid: own * inside.of(valid) / before
+def _trial(tracer: Tracer, samples: SampleSet, patches: Patches, settings: BakeSettings, twice: int) -> _Trial:
+    mapper = VertexMapper(patches.world, patches.samples, settings)
+    threshold = settings.back_face_threshold
+    reference = _reference(tracer, replace(patches.traced, face_seed=~patches.traced.face_seed), settings)
+    kept = reference.valid(threshold)
+
+    def values(tally: Tally, valid: BoolArray) -> Float64Array:
+        return mapper.solve(tally.ao, valid).ao.astype(np.float64)
+
+    truth = values(reference, kept)
+    counted = (patches.share > 0.0) & np.isfinite(truth).all(axis=1)
+    share = patches.share[counted] / patches.share[counted].sum()
+
+    def square(tally: Tally, valid: BoolArray) -> Float64Array:
+        each = share @ (values(tally, valid) - truth)[counted] ** 2
+        return np.concatenate([[each.mean()], each])
+
+    trial = _Trial()
+    for power in range(2, int(math.log2(settings.rays)) + 1):
+        fixed = _fixed(tracer, patches.traced, settings, 2**power)
+        errors = [square(fixed, fixed.valid(threshold))]
+        if 2**power <= twice:
+            again = replace(patches.traced, face_seed=patches.traced.face_seed ^ _SECOND)
+            other = _fixed(tracer, again, settings, 2**power)
+            errors.append(square(other, other.valid(threshold)))
+        trial.fixed[2**power] = np.mean(errors, axis=0)
+        trial.known[2**power] = float(square(fixed, kept)[0])
+    for bound in BOUNDS:
+        begin = time.perf_counter()
+        importance = SampleImportance(tracer.world, samples, settings)
+        sent, plan = drained(trace_adaptively(tracer, samples, importance.of, settings.replaced(adaptive_error=bound)))
+        seconds = time.perf_counter() - begin
+        own = Tally(*(part[patches.rows] for part in (sent.ao, sent.rays, sent.hits, sent.back_faces)))
+        valid = own.valid(threshold)
+        known = float(square(own, kept)[0])
+        trial.runs[bound] = _Run(plan, square(own, valid), known, seconds, float((valid != kept).mean()))
+    return trial
 
 
-def _by_distance(what: str, values: Iterable[float], settings: BakeSettings) -> dict[str, float]:
-    names = [what, *(f"{what} {distance:g} m" for distance in settings.column_distances)]
-    return {name: float(value) for name, value in zip(names, values, strict=True)}
+def _row(name: str, bound: float, trials: Sequence[_Trial], second: float, settings: BakeSettings) -> Mapping[str, Any]:
+    """A scene's figures at one bound; `second` is what one ray of every sample takes, with fixed counts."""
+    runs = [trial.runs[bound] for trial in trials]
+    sent = [float(run.plan.rays.mean()) for run in runs]
+    rays, seconds = float(np.mean(sent)), float(np.mean([run.seconds for run in runs]))
+    error = np.sqrt(np.mean([run.square for run in runs], axis=0))
+    curve = {count: np.sqrt(np.mean([trial.fixed[count] for trial in trials], axis=0)) for count in trials[0].fixed}
+    known = {count: math.sqrt(np.mean([trial.known[count] for trial in trials])) for count in trials[0].known}
+    equal = [_count_of(float(error[k]), {n: float(own[k]) for n, own in curve.items()}) for k in range(len(error))]
+    alone = _count_of(math.sqrt(np.mean([run.known for run in runs])), known)
+    each = [
+        _count_of(math.sqrt(run.square[0]), {n: math.sqrt(own[0]) for n, own in trial.fixed.items()}) / count
+        for run, trial, count in zip(runs, trials, sent, strict=True)
+    ]
+    estimated = math.sqrt(np.mean([run.plan.noise**2 + run.plan.doubt**2 for run in runs]))
+    return {
+        "scene": name,
+        "bound": bound,
+        "rays a sample": rays,
+        "estimated": estimated,
+        "RMSE": float(error[0]),
+        "equal fixed count": equal[0],
+        "saving": equal[0] / rays,
+        **({"spread": f"{min(each):.2g} to {max(each):.2g}"} if len(each) > 1 else {}),
+        **{
+            f"saving {distance:g} m": count / rays
+            for distance, count in zip(settings.column_distances, equal[1:], strict=True)
+        },
+        "saving, noise alone": alone / rays,
+        "seconds": seconds,
+        "equal fixed seconds": second * equal[0],
+        "saving in seconds": second * equal[0] / seconds,
+        "buried %": 100.0 * float(np.mean([run.plan.buried.mean() for run in runs])),
+        "in the open %": 100.0 * float(np.mean([run.plan.unreachable.mean() for run in runs])),
+        "flipped %": 100.0 * float(np.mean([run.flipped for run in runs])),
+        **({"passed": equal[0] / rays >= SAVING} if bound == AT else {}),
+    }
 
 
-def _count_of(error: float, curve: Mapping[int, Float64Array], column: int) -> float:
+def _count_of(error: float, curve: Mapping[int, float]) -> float:
     """The least fixed count of an error, interpolated between powers of two; the last where the error is below all."""
-    counts, errors = [*curve], [float(values[column]) for values in curve.values()]
+    counts, errors = [*curve], [*curve.values()]
     for i, own in enumerate(errors):
         if own <= error:
             if i == 0:
@@ -162,3 +238,18 @@ def _fixed(tracer: Tracer, samples: SampleSet, settings: BakeSettings, rays: int
     for batch in samples.batches(max(64, tracer.batch_size * settings.rays // rays)):
         tracer.accumulate(samples, batch, tally, rays=rays)
     return tally
+
+
+def _reference(tracer: Tracer, samples: SampleSet, settings: BakeSettings) -> Tally:
+    """Many rays of each sample, and more where it is close whether it is valid."""
+    passes = RayPasses(tracer, samples, settings.replaced(rays=SETTLED_RAYS))
+    drained(passes.run(np.arange(len(samples)), 0, REFERENCE_RAYS))
+    hits, backs = passes.found()
+    near = np.abs(backs - settings.back_face_threshold * hits) < _OPEN * hits
+    sent = REFERENCE_RAYS
+    while sent < SETTLED_RAYS:
+        drained(passes.run(np.flatnonzero(near), sent, sent))
+        sent *= 2
+    rays = np.where(near, SETTLED_RAYS, REFERENCE_RAYS)
+    ao = np.clip(passes.ao / rays[:, None].astype(np.float32), 0.0, 1.0)
+    return Tally(ao, *(part.astype(np.uint16) for part in (rays, passes.hits, passes.back_faces)))

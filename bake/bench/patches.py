@@ -24,7 +24,6 @@ class Patches:
         samples: Theirs, n, with faces of the patches' own world.
         traced: The same with faces of the whole.
         rows: Shape (n,): their rows among the scene's samples.
-        stands_for: Shape (n,): how many of the scene's samples each stands for, less a factor.
         share: Shape (v,): the part of the scene that each vertex stands for, half by area and half by faces; 0 where
             faces are missing.
     """
@@ -34,7 +33,6 @@ class Patches:
     samples: SampleSet
     traced: SampleSet
     rows: Int64Array
-    stands_for: Float64Array
     share: Float64Array
 
 
@@ -74,7 +72,16 @@ def patches_of(world: World, samples: SampleSet, seed: int, most: int) -> Patche
     traced = samples.only(rows)
     local = np.searchsorted(faces, traced.face)
     own = replace(traced, face=local.astype(np.int32), face_seed=samples.face_seed[faces])
-    return Patches(count, _faces_of(world, faces), own, traced, rows, inverse[local], share)
+    return Patches(count, _faces_of(world, faces), own, traced, rows, share)
+
+
+def whole_of(world: World, samples: SampleSet) -> Patches:
+    """All of a scene as its one patch."""
+    sampled = np.unique(samples.face).astype(np.int64)
+    area = face_normals(world.positions, world.faces[sampled])[1]
+    part = np.repeat((0.5 * area / area.sum() + 0.5 / len(sampled)) / 3.0, 3)
+    share = np.bincount(world.faces[sampled].ravel(), part, world.vertex_count)
+    return Patches(1, world, samples, samples, np.arange(len(samples)), share)
 
 
 def _faces_of(world: World, faces: Int64Array) -> World:
