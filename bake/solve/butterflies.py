@@ -22,10 +22,11 @@ cancels for slivers.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from bake.in_parts import in_parts
+from bake.in_parts import in_parts, meanwhile
 from bake.types import BoolArray, Float64Array, Int32Array, Int64Array
 
 SLIVER = 1e-6
@@ -87,6 +88,8 @@ def find_edges(
         crease_angle: In degrees.
         sampled: Shape (m,), bool: faces that take samples; all if None.
     """
+    sampled = np.ones(len(corners), np.bool_) if sampled is None else sampled
+    first_ones = meanwhile(partial(_first_of_duplicates, corners, normals, sampled), len(corners))
     tail, head = corners.ravel(), corners[:, [1, 2, 0]].ravel()
     low, high = np.minimum(tail, head), np.maximum(tail, head)
     size = int(corners.max(initial=0)) + 1
@@ -103,7 +106,7 @@ def find_edges(
         begins, runs = begins[1:], runs[1:]
     ends = np.column_stack(np.divmod(key[begins], size))
 
-    extra = ~_first_of_duplicates(corners, normals, np.ones(len(corners), np.bool_) if sampled is None else sampled)
+    extra = ~first_ones()
     extra |= ~normals.any(axis=1)
     if extra.any():
         order = order[~np.repeat(extra, 3)[order]]
@@ -111,8 +114,13 @@ def find_edges(
         begins = np.cumsum(runs) - runs + np.count_nonzero(number[order] < 0)
     first = begins[runs == 2]
     wings = np.column_stack([order[first], order[first + 1]])
-    one, other = (wings // 3).T
-    cosine = np.einsum("ij,ij->i", normals[one], normals[other])
+    cosine = np.empty(len(wings))
+
+    def part(begin: int, end: int) -> None:
+        one, other = (wings[begin:end] // 3).T
+        np.einsum("ij,ij->i", normals[one], normals[other], out=cosine[begin:end])
+
+    in_parts(part, len(wings))
     smooth = cosine >= np.cos(np.radians(crease_angle)) - 1e-9
     return Edges(ends, number.reshape(-1, 3), wings[smooth])
 

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bake.in_parts import in_parts
 from bake.solve.scatter import scatter_add
 from bake.solve.surface import Surface
 from bake.types import Float64Array
@@ -49,21 +50,43 @@ def bounded_share(surface: Surface, mass: Float64Array) -> Float64Array:
     """
     wings = surface.butterflies
     share = np.ones(len(wings.hinge))
-    for corner in range(4):
-        pull = wings.operator[:, corner] ** 2
-        weight = mass[wings.stencil[:, corner]]
-        np.divide(weight, pull, out=share, where=pull * share > weight)
+
+    def part(begin: int, end: int) -> None:
+        here = share[begin:end]
+        for corner in range(4):
+            pull = wings.operator[begin:end, corner] ** 2
+            weight = mass[wings.stencil[begin:end, corner]]
+            np.divide(weight, pull, out=here, where=pull * here > weight)
+
+    in_parts(part, len(share))
     return share
 
 
 def edge_terms(surface: Surface, weight: Float64Array) -> EdgeTerms:
     """R with the butterflies weighted by `weight`, shape (w,)."""
     wings = surface.butterflies
-    a, b, c, d = wings.operator.T
+    count = len(weight)
+    across = np.empty(count)
+    products = np.empty((5, count))
+
+    def squares(begin: int, end: int) -> None:
+        for corner in range(4):
+            g = wings.operator[begin:end, corner]
+            np.multiply(weight[begin:end] * g, g, out=products[corner, begin:end])
+
+    def mixed(begin: int, end: int) -> None:
+        w, (a, b, c, d) = weight[begin:end], np.ascontiguousarray(wings.operator[begin:end].T)
+        for side, (g, h) in enumerate(((a, c), (b, c), (a, d), (b, d))):
+            np.multiply(w, g * h, out=products[side, begin:end])
+        np.multiply(w * a, b, out=products[4, begin:end])
+        np.multiply(w * c, d, out=across[begin:end])
+
+    in_parts(squares, count)
     diagonal = np.zeros(surface.unknown_count)
-    edges = scatter_add(wings.hinge, weight * a * b, len(surface.edges))
-    for corner, g in enumerate((a, b, c, d)):
-        diagonal += scatter_add(wings.stencil[:, corner], weight * g * g, surface.unknown_count)
-    for side, product in enumerate((a * c, b * c, a * d, b * d)):
-        edges += scatter_add(wings.sides[:, side], weight * product, len(surface.edges))
-    return EdgeTerms(diagonal, edges, weight * c * d)
+    for corner in range(4):
+        diagonal += scatter_add(wings.stencil[:, corner], products[corner], len(diagonal))
+    in_parts(mixed, count)
+    edges = scatter_add(wings.hinge, products[4], len(surface.edges))
+    for side in range(4):
+        edges += scatter_add(wings.sides[:, side], products[side], len(surface.edges))
+    return EdgeTerms(diagonal, edges, across)
