@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -92,6 +92,7 @@ class Front:
         rows: In the order they were made.
         floor, mixed_floor, all_rays_floor, floor_banding: Errors and kinks of the best piecewise linear AO.
         points, all_rays_points: How many points count, by area, by either count of back faces.
+        options: Of each of our bakes, by its effort.
         buried_points: Of those that count by the latter alone, how many lie under the comparison field's ground; None
             on other scenes.
         reference_error: That of the reference itself.
@@ -111,6 +112,7 @@ class Front:
     distance: float
     seed: int
     buried_points: int | None = None
+    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
 
 
 def measure_fronts(
@@ -182,6 +184,7 @@ def _front(
         title, rows, floor["area 0"], floor["mixed 0"], floor[f"{OF_ALL_RAYS} 0"], banding(world, best),
         len(truth.sets["area"]), len(truth.sets[OF_ALL_RAYS]), float(truth.own_error[0]), settings.trace_distance,
         settings.seed, _buried(world, truth) if title == GATED else None,
+        {one.name: {**options, **one.options} for one in ours},
     )  # fmt: skip
 
 

@@ -44,7 +44,8 @@ def tables(front: Front) -> list[Measurements]:
     if not all(row.bounded for row in front.rows):
         notes.append("bakers that know no greatest distance are compared with a reference that has none either")
     seeds = {"bakes": front.seed, "reference": (front.seed + 1) % 2**32}
-    return [Measurements(f"time against error: {front.scene}", rows, notes, seeds=seeds), _leads(front, seeds)]
+    first = Measurements(f"time against error: {front.scene}", rows, notes, seeds=seeds, settings=front.options)
+    return [first, _leads(front, seeds)]
 
 
 def _counted(front: Front) -> str:
@@ -76,7 +77,8 @@ def _leads(front: Front, seeds: Mapping[str, int]) -> Measurements:
         f"{RMSE_TO_REACH:g}; an error of at most {RMSE_AT_LAST:g} at last; by either count of back faces"
     )
     final = "gate everywhere: the final preset within 1/255 of the best piecewise linear AO"
-    return Measurements(f"leads: {front.scene}", rows, [note, final] if front.scene == GATED else [final], seeds=seeds)
+    notes = [note, final] if front.scene == GATED else [final]
+    return Measurements(f"leads: {front.scene}", rows, notes, seeds=seeds, settings=front.options)
 
 
 def _by_hits(row: FrontRow) -> float:

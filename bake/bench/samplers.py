@@ -74,15 +74,18 @@ class SamplerScene:
         name: Of the scene.
         curves: One a way.
         reference_error: RMSE of the reference itself.
-        distance: At which a blocker counts half, metres.
-        seed: Of the points and their sets.
+        settings: That decide samples, rays' length and the first distance; their seed is that of points and sets.
     """
 
     name: str
     curves: Sequence[SamplerCurve]
     reference_error: float
-    distance: float
-    seed: int
+    settings: BakeSettings
+
+    @property
+    def distance(self) -> float:
+        """At which a blocker counts half, metres."""
+        return self.settings.column_distances[0]
 
 
 class _Points(NamedTuple):
@@ -136,8 +139,9 @@ def samplers_table(measured: Sequence[SamplerScene]) -> Measurements:
         )
     made = all(name in STEEPEST for name in names)
     title = "samplers" if made else f"samplers: {', '.join(names)}"
-    seed = measured[0].seed
-    return Measurements(title, rows, notes, seeds={"points and sets": seed, "reference": seed + 1, "scene": 1})
+    settings = measured[0].settings
+    seeds = {"points and sets": settings.seed, "reference": (settings.seed + 1) % 2**32, "scene": 1}
+    return Measurements(title, rows, notes, seeds=seeds, settings=settings.to_json())
 
 
 def _equal_rays(curve: SamplerCurve, random: SamplerCurve | None) -> int | None:
@@ -205,7 +209,7 @@ def _measured(name: str, world: World, settings: BakeSettings, sets: int, points
                     errors.append(math.sqrt(float(np.mean(wrong * wrong))))
                 curves.append(SamplerCurve(sampler, disc, tuple(errors)))
     own = math.sqrt(float(np.mean((halves[0] - halves[1]) ** 2))) / 2.0
-    return SamplerScene(name, curves, own, settings.column_distances[0], seed)
+    return SamplerScene(name, curves, own, settings)
 
 
 def _places(world: World, settings: BakeSettings, points: int) -> _Points:

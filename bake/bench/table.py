@@ -24,12 +24,14 @@ class Measurements:
         rows: One a measurement; units stand in the keys, `passed` says whether a gate held.
         notes: How it was measured, in sentences.
         seeds: What decides what is random, by name.
+        settings: Bake options by long name, or those of each bake by its name.
     """
 
     name: str
     rows: Sequence[Row]
     notes: Sequence[str] = ()
     seeds: Mapping[str, int] = field(kw_only=True)
+    settings: Mapping[str, Any] = field(default_factory=dict[str, Any], kw_only=True)
 
     @property
     def passed(self) -> bool:
@@ -37,12 +39,13 @@ class Measurements:
         return all(row.get("passed", True) for row in self.rows)
 
     def to_json(self) -> dict[str, Any]:
-        """One object: machine, versions, seeds, notes and rows."""
+        """One object: machine, versions, seeds, settings, notes and rows."""
         return {
             "bench": self.name,
             "machine": machine(),
             "versions": versions(),
             "seeds": dict(self.seeds),
+            "settings": dict(self.settings),
             "notes": list(self.notes),
             "rows": [dict(row) for row in self.rows],
         }

@@ -43,9 +43,9 @@ def measure_tracers(scenes: Iterable[Path], options: Mapping[str, Any], *, scale
     """
     asked = {**_PLAIN, **{name: value for name, value in options.items() if name not in ("tracer", "device")}}
     settings = BakeSettings.from_options(asked)
-    rows: list[dict[str, Any]] = []
+    paths, rows = list(scenes), list[dict[str, Any]]()
     with tempfile.TemporaryDirectory(prefix="obscura-tracers-") as name:
-        for number, (title, geometry) in enumerate(_geometries(list(scenes), scale)):
+        for number, (title, geometry) in enumerate(_geometries(paths, scale)):
             folder = Path(name) / str(number)
             folder.mkdir()
             write_ply(folder / "mesh.ply", geometry)
@@ -59,7 +59,8 @@ def measure_tracers(scenes: Iterable[Path], options: Mapping[str, Any], *, scale
         f"brute force up to {SMALL:,} faces; gate: RMSE within {APART:g} of the first tracer's",
     ]
     seeds = {"bakes": settings.seed, "reference": (settings.seed + 1) % 2**32, "scenes": 1}
-    return Measurements("tracers", rows, notes, seeds=seeds)
+    title = f"tracers: {', '.join(path.name for path in paths)}" if paths else "tracers"
+    return Measurements(title, rows, notes, seeds=seeds, settings=settings.to_json())
 
 
 def _geometries(scenes: Sequence[Path], scale: float) -> Iterator[tuple[str, Geometry]]:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from bake.bench.point_sets import POINT_SETS, jittered
 from bake.bench.samplers import JITTER, OURS, RANDOM, RAYS, ROOM, SamplerCurve, SamplerScene, samplers_table
 from bake.low_discrepancy import owen_sobol
+from bake.settings import BakeSettings
 
 
 @pytest.mark.parametrize("name", POINT_SETS)
@@ -52,7 +53,7 @@ def _scene(own_slope: float, own_at_256: float) -> SamplerScene:
         return SamplerCurve(name, "concentric", tuple(at_256 * (rays / 256) ** slope for rays in RAYS))
 
     curves = [curve(RANDOM, 0.01, -0.5), curve(JITTER, 0.001, -1.0), curve(OURS, own_at_256, own_slope)]
-    return SamplerScene(ROOM, curves, 1e-6, 2.0, 1)
+    return SamplerScene(ROOM, curves, 1e-6, BakeSettings())
 
 
 @pytest.mark.parametrize(("slope", "error", "passed"), [(-1.2, 5e-4, True), (-1.0, 5e-4, False), (-1.2, 7e-4, False)])

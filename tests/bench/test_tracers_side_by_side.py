@@ -23,3 +23,4 @@ def test_tracers_come_to_the_same_values(tmp_path: Path) -> None:
     assert all(row["vertices apart"] == 0 for row in own)
     assert table.passed
     assert table.seeds["bakes"] == 1
+    assert table.name == "tracers: cubes.ply"
