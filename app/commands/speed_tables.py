@@ -14,8 +14,9 @@ if TYPE_CHECKING:
     from bake.bench.table import Measurements
 
 _UNASKED = ("parity", "card", "scale", "overhead", "solving", "updates", "start")
-TABLES = (*_UNASKED, "largest")
-"""The last by name alone: the largest field by itself, where the table of scales takes too long in one run."""
+TABLES = (*_UNASKED, "largest", "order", "tail")
+"""The last three by name alone: the largest field by itself, where the table of scales takes too long in one run, and
+what the tracer's order of rays and their length cost."""
 
 _SMALLEST = 10_000
 
@@ -46,7 +47,7 @@ def speed_tables(
     """Each table as soon as it is measured.
 
     Args:
-        scenes: For the overhead; without any, fields are made.
+        scenes: For overhead, order and tail; without any, fields are made.
         options: Bake options by long name.
         tables: Names with commas between, or all.
         largest: Triangles of the largest field.
@@ -105,3 +106,11 @@ def _measured(
         from bake.bench.scaling import measure_largest
 
         yield measure_largest(options, largest=largest)
+    if "order" in wanted:
+        from bake.bench.ray_order import measure_order
+
+        yield measure_order(scenes, options)
+    if "tail" in wanted:
+        from bake.bench.tail_clip import measure_tail
+
+        yield measure_tail(scenes, options)

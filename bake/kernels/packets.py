@@ -44,7 +44,7 @@ _SPREAD = """
     int* const place = wholes.data + LANES * RAYS + lane * RAYS;
     float x[RAYS], y[RAYS], z[RAYS];
     wp::uint32 cell[RAYS];
-    for (int j = 0; j < RAYS; ++j) {
+    for (int j = 0; j < count; ++j) {
         wp::uint32 s = first + (wp::uint32)j, t = s;
         s ^= s * 0x3D20ADEAu; s += first_seed; s *= (first_seed >> 16) | 1u; s ^= s * 0x05526C56u; s ^= s * 0x53A22864u;
         t ^= (t & 0xFFFF0000u) >> 16; t ^= (t & 0xFF00FF00u) >> 8; t ^= (t & 0xF0F0F0F0u) >> 4;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import time
+from collections import defaultdict
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from functools import partial
@@ -22,6 +23,9 @@ from bake.trace.primitives import Primitives, compact
 from bake.trace.veil import DeviceVeil
 from bake.types import BoolArray, Int32Array, World
 
+_LEAST_RAYS = 8
+"""With fewer a sample there is nothing to sort, and its frame is not worth making twice."""
+
 
 class TracerEmbree(TracerFused):
     """The fused kernel over two Embree scenes: the one that was built first, and a small one of what was added since.
@@ -29,7 +33,8 @@ class TracerEmbree(TracerFused):
     What is gone stays in the first and is passed over (`bake/kernels/closest.py`).
 
     Attributes:
-        choice: Whether first hits are found sixteen rays at a time.
+        grouped: Whether sixteen samples are traced at a time.
+        choices: By rays a sample, whether first hits are found sixteen rays at a time.
     """
 
     name = "embree"
@@ -51,9 +56,9 @@ class TracerEmbree(TracerFused):
                 positions on the device.
         """
         primitives = Primitives.of(world.face_casts) if kept is None else kept[1]
-        self.choice = PacketChoice()
+        self.choices = defaultdict[int, PacketChoice](PacketChoice)
         # Packets know one scene, of which nothing is passed over.
-        self._grouped = not len(primitives.added) and (kept is None or not primitives.gone.any())
+        self.grouped = not len(primitives.added) and (kept is None or not primitives.gone.any())
         super().__init__(world, settings, "cpu", worker_count(), fog, primitives, None if kept is None else kept[2])
         # About 50 ms of work for two threads at 4 million rays a second each.
         self.batch_size = max(64, (1 << 19) // settings.rays)
@@ -75,25 +80,26 @@ class TracerEmbree(TracerFused):
         return TracerEmbree(world, self.settings, fog, kept=(self._first.shared(), primitives, veil))
 
     def _obscurance_kernel(self) -> Any:
-        if not self._grouped:
+        if not self.grouped:
             return super()._obscurance_kernel()
         grouped: Any = importlib.import_module("bake.kernels.grouped")
         return grouped.grouped_kernel(self.fog_boxes > 0, self.tree_triangles > 0)
 
     def _trace(self, batch: slice, inputs: list[Any]) -> None:
-        if not self._grouped:
-            super()._trace(batch, inputs)
+        rays = int(inputs[4].rays)
+        if not self.grouped or rays < _LEAST_RAYS:
+            self.launch(super()._obscurance_kernel(), batch, inputs)
             return
         sizes: Any = importlib.import_module("bake.kernels.packets")
-        wp, kernel, rays = self.warp, self._obscurance_kernel(), int(inputs[4].rays)
+        wp, kernel, choice = self.warp, self._obscurance_kernel(), self.choices[rays]
 
         def part(begin: int, end: int) -> None:
             reals = wp.empty(sizes.REALS, dtype=wp.float32, device="cpu")
             wholes = wp.empty(sizes.WHOLES, dtype=wp.int32, device="cpu")
-            packets, started = self.choice.ask(), time.thread_time()
+            packets, started = choice.ask(), time.thread_time()
             groups = -(-(end - begin) // sizes.LANES)
             wp.launch(kernel, dim=groups, inputs=[*inputs, int(packets), reals, wholes, end, begin], device="cpu")
-            self.choice.tell(packets, (end - begin) * rays, time.thread_time() - started)
+            choice.tell(packets, (end - begin) * rays, time.thread_time() - started)
 
         self.launch_parts(kernel, batch, part)
 

@@ -13,7 +13,7 @@ import pytest
 
 from app.commands.speed_plot import plot_speed
 from app.commands.speed_tables import TABLES, speed_tables
-from bake.bench import overhead, scaling, scaling_card, scaling_device
+from bake.bench import overhead, ray_order, scaling, scaling_card, scaling_device, tail_clip, trace_runs
 from bake.bench.scaling_glb import Placed, write_scene
 from bake.bench.scaling_parity import measure_parity
 from bake.bench.scaling_scenes import write_field, write_instances
@@ -186,3 +186,26 @@ def test_it_runs_with_numpy_scipy_and_warp_alone() -> None:
     assert done.returncode == 0, done.stderr
     told: dict[str, Any] = json.loads(done.stdout)
     assert told["bench"] == "card"
+
+
+def test_every_order_finds_the_same_bits(tmp_path: Path) -> None:
+    """A row for each order and grouping, and the bare tracer's; the Morton order is a permutation."""
+    pytest.importorskip("embreex", reason="Embree is not installed")
+    settings = settings_for(tmp_path / "copies.glb", {"rays": 8, "device": "cpu", "samples-per-face": "1:1"})
+    subject = trace_runs.Subject.of(write_instances(tmp_path / "copies.glb", 5), settings, runs=3, length=70)
+    assert [run.stop - run.start for run in subject.runs] == [70, 70, 70]
+    assert sorted(ray_order.morton_order(subject, settings).tolist()) == list(range(210))
+    rows = ray_order.order_rows(subject, settings)
+    assert len(rows) == 10
+    assert all(row["passed"] for row in rows[:-1])
+    assert rows[0]["ratio"] == 1.0
+
+
+def test_tails_change_no_more_than_they_say(tmp_path: Path) -> None:
+    """A longer tail means longer rays and less change, always under the bound; a mean is below the greatest."""
+    settings = settings_for(tmp_path / "copies.glb", {"rays": 16, "device": "cpu", "tracer": "warp"})
+    subject = trace_runs.Subject.of(write_instances(tmp_path / "copies.glb", 40), settings, runs=2, length=150)
+    rows = tail_clip.tail_rows(subject, settings)
+    assert [row["rays end at m"] for row in rows[:4]] == [16.0, 18.0, 20.0, 24.0]
+    assert all(row["passed"] and row["mean change"] <= row["greatest change"] for row in rows)
+    assert rows[0]["greatest change"] >= rows[3]["greatest change"]

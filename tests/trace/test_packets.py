@@ -34,7 +34,7 @@ def test_groups_find_what_rays_one_by_one_find(scene: int, packets: bool, rays: 
     samples = samples.only(np.arange(0, len(samples), 3, dtype=np.int64)[:203])
     tally = Tally.empty(len(samples), settings.distance_count)
     with open_tracer("embree", world, settings, fog=fog) as tracer:
-        tracer.choice.packets = packets  # pyright: ignore[reportAttributeAccessIssue]
+        tracer.choices[rays].packets = packets  # pyright: ignore[reportAttributeAccessIssue]
         for batch in samples.batches(101):
             tracer.accumulate(samples, batch, tally)
         alone = tracer.trace_without(samples, -1, fog)  # no object's number: nothing is left out
