@@ -174,7 +174,8 @@ def _trial(tracer: Tracer, samples: SampleSet, patches: Patches, settings: BakeS
         importance = SampleImportance(tracer.world, samples, settings)
         sent, plan = drained(trace_adaptively(tracer, samples, importance.of, settings.replaced(adaptive_error=bound)))
         seconds = time.perf_counter() - begin
-        own = Tally(*(part[patches.rows] for part in (sent.ao, sent.rays, sent.hits, sent.back_faces)))
+        rows = patches.rows
+        own = Tally(sent.ao[rows], sent.rays[rows], sent.hits[rows], sent.back_faces[rows])
         valid = own.valid(threshold)
         known = float(square(own, kept)[0])
         trial.runs[bound] = _Run(plan, square(own, valid), known, seconds, float((valid != kept).mean()))
@@ -243,8 +244,9 @@ def _fixed(tracer: Tracer, samples: SampleSet, settings: BakeSettings, rays: int
 def _reference(tracer: Tracer, samples: SampleSet, settings: BakeSettings) -> Tally:
     """Many rays of each sample, and more where it is close whether it is valid."""
     passes = RayPasses(tracer, samples, settings.replaced(rays=SETTLED_RAYS))
-    drained(passes.run(np.arange(len(samples)), 0, REFERENCE_RAYS))
-    hits, backs = passes.found()
+    every = np.arange(len(samples))
+    drained(passes.run(every, 0, REFERENCE_RAYS))
+    hits, backs = passes.found(every)
     near = np.abs(backs - settings.back_face_threshold * hits) < _OPEN * hits
     sent = REFERENCE_RAYS
     while sent < SETTLED_RAYS:
@@ -252,4 +254,5 @@ def _reference(tracer: Tracer, samples: SampleSet, settings: BakeSettings) -> Ta
         sent *= 2
     rays = np.where(near, SETTLED_RAYS, REFERENCE_RAYS)
     ao = np.clip(passes.ao / rays[:, None].astype(np.float32), 0.0, 1.0)
-    return Tally(ao, *(part.astype(np.uint16) for part in (rays, passes.hits, passes.back_faces)))
+    counts = [part.astype(np.uint16) for part in (rays, passes.hits, passes.back_faces)]
+    return Tally(ao, *counts)

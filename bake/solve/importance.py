@@ -17,14 +17,14 @@ import numpy as np
 from bake.geometry import face_normals
 from bake.settings import BakeSettings
 from bake.solve.weld import weld_vertices
-from bake.types import Float64Array, SampleSet, World
+from bake.types import Float64Array, Int64Array, SampleSet, World
 
 
 class SampleImportance:
-    """The importance of some samples, again and again as it becomes known which of them are valid.
+    """The importance of samples, again and again as it becomes known which of them are valid.
 
     Half of a vertex's share goes by area and half by its number of faces: levels mix faces of a square centimetre with
-    mountains. Samples of objects that receive nothing per vertex count by themselves, as if they had a vertex each.
+    mountains.
     """
 
     def __init__(self, world: World, samples: SampleSet, settings: BakeSettings) -> None:
@@ -35,34 +35,28 @@ class SampleImportance:
         unknown, self._count = weld_vertices(
             world, taken, crease_angle=settings.crease_angle, weld_instances=settings.weld_instances
         )
-        counted = receives[world.face_object[samples.face]]
-        self._alone = np.where(counted, 1.0 / max(len(samples), 1), 1.0)
-        self._rows = rows = np.flatnonzero(counted)
-        self._corner = unknown[world.faces[samples.face[rows]]]
-        phi = np.empty((len(rows), 3))
-        phi[:, :2] = samples.barycentric[rows]
+        self._corner = unknown[world.faces[samples.face]]
+        phi = np.empty((len(samples), 3))
+        phi[:, :2] = samples.barycentric
         phi[:, 2] = 1.0 - phi[:, 0] - phi[:, 1]
-        self._weighted: Float64Array = phi * samples.area[rows, None].astype(np.float64)
+        self._weighted: Float64Array = phi * samples.area[:, None].astype(np.float64)
         around = np.bincount(unknown[faces].ravel(), minlength=self._count)
         area = face_normals(world.positions, faces)[1]
         spread = np.bincount(unknown[faces].ravel(), np.repeat(area / 3.0, 3), self._count)
         by_area = 0.5 * spread / max(float(spread.sum()), 1e-300)
         self._share: Float64Array = by_area + 0.5 * around / max(int(around.sum()), 1)
 
-    def of(self, valid: Float64Array | None = None) -> Float64Array:
-        """The importance that each sample has if it is valid, shape (n,), float64.
+    def of(self, valid: Float64Array, rows: Int64Array) -> Float64Array:
+        """The importance that some samples have if they are valid, shape (m,), float64.
 
         Args:
-            valid: Shape (n,), 0 to 1: how likely each sample is to be valid; all are if None. Where a vertex loses most
-                of its samples, the few that are left count for more.
+            valid: Shape (n,), 0 to 1: how likely each sample is to be valid. Where a vertex loses most of its samples,
+                the few that are left count for more.
+            rows: Shape (m,): which samples.
         """
-        own, weighted, corner = self._alone.copy(), self._weighted, self._corner
-        if valid is None:
-            mass = np.bincount(corner.ravel(), weighted.ravel(), self._count)[corner]
-        else:
-            chance = valid[self._rows, None]
-            mass = np.bincount(corner.ravel(), (weighted * chance).ravel(), self._count)[corner]
-            mass += weighted * (1.0 - chance)  # whatever becomes of the others, the sample itself is there
-        parts = weighted / np.maximum(mass, 1e-100)
-        own[self._rows] = (parts**2 * self._share[corner]).sum(axis=1)
-        return own
+        chances = (self._weighted * valid[:, None]).ravel()
+        mass = np.bincount(self._corner.ravel(), chances, self._count)
+        weighted, corner = self._weighted[rows], self._corner[rows]
+        # whatever becomes of the others, the sample itself is there
+        mass = mass[corner] + weighted * (1.0 - valid[rows, None])
+        return ((weighted / np.maximum(mass, 1e-100)) ** 2 * self._share[corner]).sum(axis=1)

@@ -22,8 +22,8 @@ from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, Progre
 
 __all__ = ["PILOT", "Importance", "RayPasses", "RayPlan", "trace_adaptively"]
 
-Importance = Callable[[Float64Array], Float64Array]
-"""Tells what each sample weighs in the vertices, from the chance of each to be valid; shape (n,) both."""
+Importance = Callable[[Float64Array, Int64Array], Float64Array]
+"""Tells what some samples weigh in the vertices, shape (m,), from the chance of each of all to be valid, shape (n,)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,34 +68,36 @@ def trace_adaptively(
     first = runner.mean(PILOT // 2)
     yield from runner.run(every, PILOT // 2, PILOT // 2)
     variance = (runner.mean(PILOT).astype(np.float64) - first) ** 2
-    hits, backs = runner.found()
+    hits, backs = runner.found(every)
     passed_on = FIT_GAIN if settings.mapping is MappingKind.LEAST_SQUARES else 1.0
     worth = RayWorth(Pilot(variance, hits, backs), settings.back_face_threshold, passed_on)
     del first, variance
     valid = worth.chance_valid(hits, backs)
     inside = buried(hits, backs, settings.back_face_threshold)
-    weight = importance(valid)
-    price = worth.price_for(np.where(inside, 0.0, weight), valid, bound, settings.rays)
+    going = np.flatnonzero(~inside)
+    weight = importance(valid, going)
+    price = worth.price_for(weight, valid[going], bound, settings.rays, going)
 
     rays = np.full(len(samples), PILOT, np.int64)
-    going = ~inside
     sent, settling = PILOT, 0
     while sent < settings.rays:
-        noise, doubt = worth.gain(valid, sent)
-        going &= weight * (noise + doubt) > price * sent
-        if not going.any():
+        noise, doubt = worth.gain(valid[going], sent, going)
+        on = weight * (noise + doubt) > price * sent
+        if not on.any():
             break
+        settling += sent * int(np.count_nonzero(on & (weight * noise <= price * sent)))
+        going = going[on]
         rays[going] = 2 * sent
-        settling += sent * int(np.count_nonzero(going & (weight * noise <= price * sent)))
         runner.total = int(rays.sum())
-        yield from runner.run(np.flatnonzero(going), sent, sent)
+        yield from runner.run(going, sent, sent)
         sent *= 2
-        valid = np.where(going, worth.chance_valid(*runner.found()), valid)
-        weight = importance(valid)
+        valid[going] = worth.chance_valid(*runner.found(going), going)
+        weight = importance(valid, going)
     ao = np.clip(runner.ao / rays[:, None].astype(np.float32), 0.0, 1.0)
     counts = [values.astype(np.uint16) for values in (rays, runner.hits, runner.back_faces)]
     ended = rays == PILOT
-    errors = worth.errors(np.where(inside, 0.0, weight), valid, rays.astype(np.float64))
+    kept = np.flatnonzero(~inside)
+    errors = worth.errors(importance(valid, kept), valid[kept], rays[kept].astype(np.float64), kept)
     return Tally(ao, *counts), RayPlan(rays, inside, worth.unreachable & ~inside & ended, settling, *errors)
 
 
@@ -132,9 +134,9 @@ class RayPasses:
         self.hits[rows] += tally.hits
         self.back_faces[rows] += tally.back_faces
 
-    def found(self) -> tuple[Float64Array, Float64Array]:
-        """Hits and back faces so far, shape (n,) each."""
-        return self.hits.astype(np.float64), self.back_faces.astype(np.float64)
+    def found(self, rows: Int64Array) -> tuple[Float64Array, Float64Array]:
+        """Hits and back faces of some samples so far, shape (m,) each."""
+        return self.hits[rows].astype(np.float64), self.back_faces[rows].astype(np.float64)
 
     def mean(self, rays: int) -> Float32Array:
         """Means where every sample has sent so many rays."""

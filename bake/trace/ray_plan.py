@@ -38,9 +38,14 @@ _EVEN = 0.3  # the share of back faces is surer than by chance by hits^-0.3, mea
 _BURIED = 3.0  # standard deviations over the back-face threshold
 _CLEAR = 0.02  # share of back faces around a sample that says nothing
 
+_OCTAVE, _STEPS = 64, 64 * 200  # prices are told apart by the 64th part of an octave, down to 2^-200
+
 FIT_GAIN = 3.2
 """How much more noise variance a least squares fit passes to the vertices than a weighted average does: 2.8 to 3.8,
 measured on patches of four levels."""
+
+Rows = Int64Array | slice
+_ALL = slice(None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +69,7 @@ class RayWorth:
     would mostly end at 1). Only the back-face rule looks at a sample's own rays.
 
     Attributes:
-        variance: Shape (n, k), float64: of the mean of `PILOT` rays, from the neighbours'.
+        variance: Shape (n,), float64: of the mean of `PILOT` rays as mapped, mean of all distances, by the neighbours'.
         unreachable: Shape (n,), bool: all rays of the neighbours went free.
     """
 
@@ -76,7 +81,7 @@ class RayWorth:
             threshold: Share of back faces above which a sample is dropped.
             passed_on: What the mapping makes of the samples' noise, as variance: 1 for weighted averages.
         """
-        self._threshold, self._passed_on = threshold, passed_on
+        self._threshold = threshold
         around = of_neighbours(np.column_stack([pilot.variance, pilot.hits, pilot.back_faces]))
         hits, backs = around[:, -2], around[:, -1]
         self.unreachable: BoolArray = hits == 0.0
@@ -84,74 +89,74 @@ class RayWorth:
         self._share = backs / np.maximum(hits, 1e-9)
         sure = self.chance_valid(pilot.hits, pilot.back_faces)
         mean = np.maximum(sure @ pilot.variance / max(float(sure.sum()), 1e-9), 1e-12)
-        self.variance: Float64Array = np.where(self.unreachable[:, None], 0.0, around[:, :-2] + _LEAST_VARIANCE * mean)
+        variance = passed_on * (around[:, :-2] + _LEAST_VARIANCE * mean).mean(axis=1)
+        self.variance: Float64Array = np.where(self.unreachable, 0.0, variance)
 
-    def chance_valid(self, hits: Float64Array, backs: Float64Array) -> Float64Array:
-        """How likely each sample is to be valid in the end, shape (n,), given the rays that it sent so far."""
+    def chance_valid(self, hits: Float64Array, backs: Float64Array, rows: Rows = _ALL) -> Float64Array:
+        """How likely some samples are to be valid in the end, shape (m,), given the rays that they sent so far."""
         limit = self._threshold
         if limit >= 1.0:
             return np.ones(len(hits))
-        seen = hits + self._prior
-        share = (backs + self._prior * self._share) / np.maximum(seen, 1e-9)
+        prior, around = self._prior[rows], self._share[rows]
+        seen = hits + prior
+        share = (backs + prior * around) / np.maximum(seen, 1e-9)
         chance = np.sqrt(max(limit * (1.0 - limit), 1e-4) / np.maximum(seen, 1e-9))
         valid = ndtr((limit - share) / (chance * (np.maximum(seen, 1.0) ** -_EVEN)))
         # No back face so far, and none around: the prior alone says nothing.
-        return np.where((backs == 0.0) & (self._share < _CLEAR), 1.0, valid)
+        return np.where((backs == 0.0) & (around < _CLEAR), 1.0, valid)
 
-    def noise(self, rays: float | Float64Array) -> Float64Array:
-        """Variance of the mean of so many rays of each sample as mapped, mean of all distances, shape (n,)."""
-        return self._passed_on * self.variance.mean(axis=1) * (rays / PILOT) ** -_RATE
+    def noise(self, rays: float | Float64Array, rows: Rows = _ALL) -> Float64Array:
+        """Variance of the mean of so many rays of some samples as mapped, mean of all distances, shape (m,)."""
+        return self.variance[rows] * (rays / PILOT) ** -_RATE
 
     @staticmethod
     def doubt(valid: Float64Array) -> Float64Array:
         """The same for the doubt whether the sample is valid, shape (n,)."""
         return _APART * valid * (1.0 - valid)
 
-    def gain(self, valid: Float64Array, rays: float) -> tuple[Float64Array, Float64Array]:
-        """What doubling so many rays takes off noise and doubt, shape (n,) each."""
-        return _NOISE_GAIN * valid * self.noise(rays), _DOUBT_GAIN * self.doubt(valid)
+    def gain(self, valid: Float64Array, rays: float, rows: Rows = _ALL) -> tuple[Float64Array, Float64Array]:
+        """What doubling so many rays takes off noise and doubt of some samples, shape (m,) each."""
+        return _NOISE_GAIN * valid * self.noise(rays, rows), _DOUBT_GAIN * self.doubt(valid)
 
-    def errors(self, weight: Float64Array, valid: Float64Array, rays: Float64Array) -> tuple[float, float]:
+    def errors(
+        self, weight: Float64Array, valid: Float64Array, rays: Float64Array | float, rows: Rows = _ALL
+    ) -> tuple[float, float]:
         """Estimated root mean square errors of values over the surface, all distances together: by noise, by doubt.
 
         Args:
-            weight: Shape (n,): importance.
-            valid: Shape (n,): chances.
-            rays: Shape (n,): sent so far.
+            weight: Shape (m,): importance of some samples.
+            valid: Shape (m,): chances.
+            rays: Shape (m,): sent so far.
+            rows: Which samples.
         """
-        return float(np.sqrt(weight @ (valid * self.noise(rays)))), float(np.sqrt(weight @ self.doubt(valid)))
+        return float(np.sqrt(weight @ (valid * self.noise(rays, rows)))), float(np.sqrt(weight @ self.doubt(valid)))
 
-    def price_for(self, weight: Float64Array, valid: Float64Array, bound: float, most: int) -> float:
-        """The price of a ray, λ, at which the estimated error falls to `bound`; 0 if it never does.
+    def price_for(self, weight: Float64Array, valid: Float64Array, bound: float, most: int, rows: Rows = _ALL) -> float:
+        """The price of a ray, λ, at which the estimated error falls to `bound`, within 1 %; 0 if it never does.
 
         The doubt that would be left if every sample sent all of its rays is no part of it.
 
         Args:
-            weight: Shape (n,): importance; 0 for samples that are to end.
-            valid: Shape (n,): chances.
+            weight: Shape (m,): importance of the samples that may go on.
+            valid: Shape (m,): chances.
             bound: Root mean square error of values over the surface.
             most: Most rays of a sample.
+            rows: Which samples.
         """
-        by_noise, by_doubt = self.errors(weight, valid, np.full(len(weight), float(PILOT)))
+        by_noise, by_doubt = self.errors(weight, valid, float(PILOT), rows)
         settled = 1.0 - _DOUBT_GAIN ** np.log2(most / PILOT)
         excess = by_noise**2 + by_doubt**2 * settled - bound**2
         if excess <= 0.0:
             return np.inf
-        noise, doubt = self.gain(valid, PILOT)
-        gains: list[Float64Array] = []
-        prices: list[Float64Array] = []
-        sent, doublings = PILOT, 0
-        while sent < most:
-            gains.append(weight * (noise * 2.0 ** (-_RATE * doublings) + doubt * _DOUBT_GAIN**doublings))
-            prices.append(gains[-1] / sent)
-            sent, doublings = 2 * sent, doublings + 1
-        gain: Float64Array = np.concatenate(gains)
-        price: Float64Array = np.concatenate(prices)
-        best: Int64Array = np.argsort(-price)
-        taken: Float64Array = gain[best]
-        reached: Float64Array = np.cumsum(taken)
-        needed = int(np.count_nonzero(reached < excess))
-        return float(price[best[needed]]) if needed < len(best) else 0.0
+        noise, doubt = (weight * part for part in self.gain(valid, PILOT, rows))
+        reached = np.zeros(_STEPS)
+        for doublings in range(round(np.log2(most / PILOT))):
+            gain = noise * 2.0 ** (-_RATE * doublings) + doubt * _DOUBT_GAIN**doublings
+            price = gain / (PILOT * 2**doublings)
+            step = np.clip(-_OCTAVE * np.log2(np.maximum(price, 1e-300)), 0, _STEPS - 1).astype(np.int64)
+            reached += np.bincount(step, gain, _STEPS)
+        needed = int(np.count_nonzero(np.cumsum(reached) < excess))
+        return float(2.0 ** (-(needed + 1) / _OCTAVE)) if needed < _STEPS else 0.0
 
 
 def buried(hits: Float64Array, backs: Float64Array, threshold: float) -> BoolArray:
