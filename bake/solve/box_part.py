@@ -21,7 +21,6 @@ class BoxPart:
     begin: Int64Array  # first unknown of each component
     sizes: Int64Array  # unknowns of each component
     component: Int64Array  # of each unknown
-    step: Float64Array  # length of a gradient step that cannot raise the energy, per component
     reach: Float64Array | None = None  # one over the gradient at which an unknown counts as solved; by norms if None
 
     def sum(self, values: Float64Array) -> Float64Array:
@@ -41,6 +40,5 @@ class BoxPart:
             begin=np.cumsum(self.sizes[components]) - self.sizes[components],
             sizes=self.sizes[components],
             component=component,
-            step=self.step[components],
             reach=None if self.reach is None else self.reach[unknowns],
         )

@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import csr_array
 
+from bake.in_parts import in_parts
 from bake.solve.box_part import BoxPart
 from bake.solve.face_descent import FaceState
 from bake.solve.proportioning import ProportioningState
@@ -70,13 +71,17 @@ class BoxSolver:
         diagonal: Float64Array = matrix.diagonal()
         scale = np.sqrt(diagonal)
         inverse = 1.0 / scale
-        matrix.data *= inverse[matrix.indices]
-        matrix.data *= np.repeat(inverse, np.diff(matrix.indptr))
-        row_sums = np.add.reduceat(np.abs(matrix.data), matrix.indptr[:-1])  # no row is empty: it has its diagonal
-        step = 1.0 / np.maximum.reduceat(row_sums, first[:-1])  # below 2 / norm, by Gershgorin
         sizes = np.diff(first)
+
+        def rows(begin: int, end: int) -> None:
+            here = slice(int(matrix.indptr[begin]), int(matrix.indptr[end]))
+            data = matrix.data[here]
+            data *= inverse[matrix.indices[here]]
+            data *= np.repeat(inverse[begin:end], np.diff(matrix.indptr[begin : end + 1]))
+
+        in_parts(rows, len(scale))
         component = np.repeat(np.arange(len(sizes)), sizes)
-        self._whole = BoxPart(matrix, scale, first[:-1], sizes, component, step)
+        self._whole = BoxPart(matrix, scale, first[:-1], sizes, component)
 
     def size(self, component: int) -> int:
         """How many unknowns a component has."""

@@ -32,6 +32,7 @@ class ProportioningState:
     goal: Float64Array
     free_norm: Float64Array  # squared, per component
     chopped_norm: Float64Array  # squared, of the part of the gradient that leads from a bound into the box
+    step: Float64Array  # length of a gradient step that cannot raise the energy, per component
     products: Int64Array  # with the matrix, per component
     stuck: BoolArray  # never: it always finds a way down
 
@@ -48,7 +49,9 @@ class ProportioningState:
             products: Shape (c,): those that went before.
         """
         stuck = np.zeros(len(goal), np.bool_)
-        state = ProportioningState(x, gradient, gradient, gradient, goal, goal, goal, products, stuck)
+        row_sums = np.add.reduceat(np.abs(part.matrix.data), part.matrix.indptr[:-1])  # each row has its diagonal
+        step = 1.0 / np.maximum.reduceat(row_sums, part.begin)  # below 2 / norm, by Gershgorin
+        state = ProportioningState(x, gradient, gradient, gradient, goal, goal, goal, step, products, stuck)
         state.split(part)
         state.direction = state.free
         return state
@@ -63,6 +66,7 @@ class ProportioningState:
             self.goal[components],
             self.free_norm[components],
             self.chopped_norm[components],
+            self.step[components],
             self.products[components],
             self.stuck[components],
         )
@@ -102,7 +106,7 @@ class ProportioningState:
         length = np.where(bends, part.sum(d * self.gradient) / curvature, 0.0)
         expands = self._move(part, d, product, length) & working & proportional
         if expands.any():
-            uphill = self.gradient * ((self.x > 0) & (self.x < part.scale)) * part.spread(expands * part.step)
+            uphill = self.gradient * ((self.x > 0) & (self.x < part.scale)) * part.spread(expands * self.step)
             projected = np.clip(self.x - uphill, 0.0, part.scale)
             self.gradient += part.matrix @ (projected - self.x)
             self.x = projected
