@@ -17,7 +17,7 @@ from bake.decorators.volume import KnownVoxels, trace_volume, tree_boxes
 from bake.decorators.volume_grid import VoxelGrid, build_grid
 from bake.settings import BakeSettings
 from bake.stages import StageClock
-from bake.types import Finding, Progress, Scene, World
+from bake.types import Finding, Float64Array, Progress, Scene, World
 
 _T = TypeVar("_T")
 _LONG_GROUP = 64  # trees fitted between two signs of life
@@ -36,6 +36,14 @@ class TreesKnown(FitsKnown, Protocol):
 
     def fits_anew(self, trees: Sequence[int], model: TreeModel, volume: TreeVolume) -> bool:
         """Whether any of a mesh's trees has to be fitted again; told before `fit` and `errors` are asked."""
+        ...
+
+    def seen(self, number: int, spacing: float) -> Float64Array | None:
+        """What `seen_by_volume` found of a tree that stands as it stood; None if nobody remembers."""
+        ...
+
+    def remember(self, number: int, spacing: float, seen: Float64Array) -> None:
+        """Keeps what `seen_by_volume` found."""
         ...
 
 
@@ -178,10 +186,14 @@ def _local(
         fitter = MeshFitter(scene.meshes[mesh], world, model, trees, settings)
         if not settings.refine_local and (known is None or known.fits_anew(trees, model, volume)):
             for number in np.array(trees)[representatives(len(trees))]:
-                number = int(number)
-                fitter.seen[number] = yield from run(
-                    seen_by_volume(world, number, fitter.placed(number), volume.spacing, settings, stages)
-                )
+                number, spacing = int(number), volume.spacing
+                seen = None if known is None else known.seen(number, spacing)
+                if seen is None:
+                    placed = fitter.placed(number)
+                    seen = yield from run(seen_by_volume(world, number, placed, spacing, settings, stages))
+                    if known is not None:
+                        known.remember(number, spacing, seen)
+                fitter.seen[number] = seen
         fitters.append(fitter)
     clock.ran("trees", f"{alone} of {len(fitters)} baked alone", _since(begin), rays)
     return fitters

@@ -23,6 +23,7 @@ from bake.regions.region_stage import RegionOutcome, bake_regions, find_regions,
 from bake.regions.space import RegionSpace
 from bake.stages import StageClock
 from bake.trace import Tracer
+from bake.trace.changed_points import ChangedPoints
 from bake.types import BakeResult, Finding, Float32Array, Progress, Role
 
 TREE_FINDINGS = frozenset({"tree-volume-coarsened", "tree-volume-buried", "local-ao-refined"})
@@ -43,13 +44,30 @@ _NOT_REACHED = "carried: the edit does not reach it"
 
 
 def rebaked_trees(
-    state: State, edit: Edit, tracer: Tracer, device: Device, clock: StageClock, *, bound: float
+    state: State,
+    edit: Edit,
+    tracer: Tracer,
+    device: Device,
+    clock: StageClock,
+    *,
+    bound: float,
+    changed: ChangedPoints | None = None,
 ) -> Generator[Progress, None, tuple[BakedTrees | None, KnownTrees | None]]:
-    """Trees: what of them an edit can reach anew, all else carried."""
+    """Trees: what of them an edit can reach anew, all else carried.
+
+    Args:
+        state: Before the edit.
+        edit: What differs.
+        tracer: Of the edited world.
+        device: Where trees are traced alone.
+        clock: Gets their rows.
+        bound: Most that may be skipped for a voxel or a tree.
+        changed: Tells points with a ray that can have changed; None if nobody can.
+    """
     before, decorators = state.result, state.result.decorators
-    changed = edit.settings_change.any_of(SOLVE, SAMPLES, TREES)
+    anew = edit.settings_change.any_of(SOLVE, SAMPLES, TREES)
     known: KnownTrees | None = None
-    if decorators is not None and decorators.fits is not None and decorators.volume is not None and not changed:
+    if decorators is not None and decorators.fits is not None and decorators.volume is not None and not anew:
         if not _differ(state, edit, Role.TREE):
             for name in ("tree volume", "trees", "fit trees"):
                 clock.skipped(name, _NOT_REACHED)
@@ -59,7 +77,7 @@ def rebaked_trees(
             )  # fmt: skip
             return carried, None
         if not edit.settings.refine_local:
-            known = KnownTrees(state, edit, bound)
+            known = KnownTrees(state, edit, bound, changed)
     lent = lent_stages(device)
     trees = yield from bake_trees(edit.scene, edit.world, edit.settings, tracer, lent, clock, known=known)
     return trees, known
@@ -87,9 +105,18 @@ class RebakedRegions:
 
 
 def rebaked_regions(
-    state: State, edit: Edit, tracer: Tracer, clock: StageClock, *, bound: float
+    state: State,
+    edit: Edit,
+    tracer: Tracer,
+    clock: StageClock,
+    *,
+    bound: float,
+    changed: ChangedPoints | None = None,
 ) -> Generator[Progress, None, RebakedRegions]:
-    """Regions: found anew if what stops movement changed, traced where the edit can reach, and modelled."""
+    """Regions: found anew if what stops movement changed, traced where the edit can reach, and modelled.
+
+    Args: those of `rebaked_trees`.
+    """
     before, change = state.result, edit.settings_change
     regions, kept = before.regions, before.skipped
     opaque = bool(edit.casters.before.opaque.any() or edit.casters.after.opaque.any())
@@ -107,7 +134,7 @@ def rebaked_regions(
         valid = regions.points.state != PointState.UNREACHABLE
         space = RegionSpace(regions.graph, np.asarray(valid), findings, float("nan"), 0)
     if space is not None:
-        known, skipped = known_points(state, edit, space, bound)
+        known, skipped = known_points(state, edit, space, bound, changed)
         traced = len(skipped) if known is None else int(np.count_nonzero(known.wanted))
         outcome = yield from bake_regions(space, edit.settings, tracer, clock, known=known)
         return RebakedRegions(outcome, skipped, traced)

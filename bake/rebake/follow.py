@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable, Generator
+from contextlib import ExitStack
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from bake.rebake.decorated import rebaked_regions, rebaked_trees
 from bake.rebake.first_look import can_look, first_look
 from bake.rebake.reach import Places
 from bake.rebake.rows import samples_after
-from bake.rebake.setting_changes import SAMPLES, SOLVE
+from bake.rebake.setting_changes import SAMPLES, SOLVE, TREES
 from bake.rebake.skipped_after import skipped_after
 from bake.rebake.state import Edit, State
 from bake.rebake.surface_rows import SurfaceRows, plan_rows
@@ -26,6 +27,7 @@ from bake.rebake.types import Partial, RebakeOutcome, RebakeReport
 from bake.solve.update import TOLERANCE, FieldKeeper, FieldUpdate
 from bake.stages import StageClock, patiently
 from bake.trace import Tracer
+from bake.trace.changed_points import ChangedPoints
 from bake.types import (
     BakeResult,
     BoolArray,
@@ -89,8 +91,12 @@ def follow(
         field = _adopted(state, edit, update.field)
         shown = changed_vertices(state, edit, field)
         yield Partial(shown, field.ao[shown], rays.rays_traced, rays.rays_traced, final=True)
-        trees, known_trees = yield from rebaked_trees(state, edit, tracer, device, clock, bound=bound)
-        regions = yield from rebaked_regions(state, edit, tracer, clock, bound=bound)
+        with ExitStack() as stack:
+            changed = None if old is None else stack.enter_context(_changed_points(edit, old, tracer))
+            trees, known_trees = yield from rebaked_trees(
+                state, edit, tracer, device, clock, bound=bound, changed=changed
+            )
+            regions = yield from rebaked_regions(state, edit, tracer, clock, bound=bound, changed=changed)
         around = yield from rebaked_around(state, edit, field, shown, device=device, clock=clock)
     except BaseException:
         for mine in (tracer, old):
@@ -146,8 +152,15 @@ def follow(
         points=0 if dynamic is None else len(dynamic.regions.points.traced),
         points_traced=regions.traced,
     )
-    after = State(result, edit.scene, tracer, update.keeper, places, rows.anchor)
+    seen = {} if edit.settings_change.any_of(SOLVE, SAMPLES, TREES) else state.seen
+    after = State(result, edit.scene, tracer, update.keeper, places, rows.anchor, seen)
     return after, RebakeOutcome(result, report)
+
+
+def _changed_points(edit: Edit, old: Tracer, new: Tracer) -> ChangedPoints:
+    low, high = edit.casters.boxes
+    opaque = np.concatenate([edit.casters.before.opaque, edit.casters.after.opaque])
+    return ChangedPoints(old, new, edit.change, low, high, opaque)
 
 
 def _planned(state: State, edit: Edit, bound: float) -> tuple[SampleSet, Places, SurfaceRows]:

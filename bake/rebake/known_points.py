@@ -6,17 +6,21 @@ import numpy as np
 
 from bake.rebake.reach import Places, reach
 from bake.rebake.state import Edit, State
+from bake.rebake.wanted_points import wanted_points
 from bake.region_types import GRID, RegionGraph
 from bake.regions.grid import grid_positions
-from bake.regions.probes import KnownPoints
+from bake.regions.probes import KnownPoints, point_seeds
 from bake.regions.space import RegionSpace
+from bake.trace.changed_points import ChangedPoints
 from bake.types import Float32Array, Int64Array
 
 POINT_RAY = 4.4
 """Most that one of N rays may change of a convolved coefficient, times N: 4π times the largest harmonic, over π."""
 
 
-def known_points(state: State, edit: Edit, space: RegionSpace, bound: float) -> tuple[KnownPoints | None, Float32Array]:
+def known_points(
+    state: State, edit: Edit, space: RegionSpace, bound: float, changed: ChangedPoints | None
+) -> tuple[KnownPoints | None, Float32Array]:
     """What was traced at the points of regions of the same name and box, out of the edit's reach.
 
     Args:
@@ -24,6 +28,7 @@ def known_points(state: State, edit: Edit, space: RegionSpace, bound: float) -> 
         edit: What differs.
         space: The regions as they are now.
         bound: Most that may be skipped for a point.
+        changed: Tells points with a ray that can have changed; None if nobody can.
 
     Returns:
         The points, None if there were no regions, and what is skipped after this edit, one a traced point.
@@ -46,10 +51,16 @@ def known_points(state: State, edit: Edit, space: RegionSpace, bound: float) -> 
     before = np.zeros(len(traced), np.float32)
     if kept is not None and len(kept.points):
         before = np.where(former >= 0, kept.points[known], np.float32(0.0))
-    skipped = (before + found.bound).astype(np.float32)
-    counts = found.single * np.float32(POINT_RAY / settings.region_directions) > 2.0 * bound
-    wanted = (former < 0) | (found.touched if bound <= 0.0 else counts | (skipped > bound))
-    skipped[wanted] = 0.0
+    seeds, directions = point_seeds(space.graph.names, settings.seed)[traced], settings.region_directions
+    wanted, skipped = wanted_points(
+        former,
+        found,
+        before,
+        bound=bound,
+        scale=1.0,
+        ray=POINT_RAY / directions,
+        look=None if changed is None else lambda rows: changed.find(places.points[rows], seeds[rows], directions),
+    )
     if not len(regions.points.traced):
         return None, skipped
     share = regions.points.back_face_share[regions.points.traced]

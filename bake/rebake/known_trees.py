@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from bake.decorator_types import Decorators, TreeFits, TreeModel, TreeVolume
 from bake.decorators.fit import GlobalFit
 from bake.decorators.local_ao import instance_scale, representatives
-from bake.decorators.volume import KnownVoxels, tree_boxes
+from bake.decorators.volume import KnownVoxels, tree_boxes, voxel_seeds
 from bake.decorators.volume_grid import VoxelGrid, cell_of, find
 from bake.rebake.reach import Places, reach
 from bake.rebake.state import Edit, State
-from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SceneObject
+from bake.rebake.wanted_points import wanted_points
+from bake.trace.changed_points import ChangedPoints
+from bake.types import BoolArray, Float32Array, Float64Array, Int64Array, SceneObject, UInt32Array
 
 SPHERE_SCALE = 3.5
 """Most by which a harmonic's coefficient changes where the open share of a cosine-weighted view changes by one."""
@@ -30,16 +32,17 @@ class KnownTrees:
         state: Before the edit; its result has trees.
         edit: What differs; settings of the trees and of the solve are as before.
         bound: Most that may be skipped for a voxel or a tree.
+        changed: Tells voxels with a ray that can have changed; None if nobody can.
 
     Attributes:
         skipped_voxels, skipped_trees: What is skipped after this edit, one a voxel and one a tree.
         traced_voxels: How many were traced.
     """
 
-    def __init__(self, state: State, edit: Edit, bound: float) -> None:
+    def __init__(self, state: State, edit: Edit, bound: float, changed: ChangedPoints | None) -> None:
         decorators = state.result.decorators or Decorators()
         assert decorators.volume is not None and decorators.fits is not None
-        self._state, self._edit, self._bound = state, edit, bound
+        self._state, self._edit, self._bound, self._changed = state, edit, bound, changed
         self._volume: TreeVolume = decorators.volume
         self._models: tuple[TreeModel, ...] = decorators.models
         self._fits: TreeFits = decorators.fits
@@ -68,14 +71,23 @@ class KnownTrees:
         found = reach(places, self._edit.casters, settings, near=self._bound / 8.0)
         kept = self._state.result.skipped
         before = np.zeros(len(old.voxel), np.float32) if kept is None or not len(kept.voxels) else kept.voxels
-        skipped = np.where(former >= 0, before[known], np.float32(0.0)) + np.float32(SPHERE_SCALE) * found.bound
-        counts = found.single * np.float32(VOXEL_RAY / settings.volume_directions) > 2.0 * self._bound
-        wanted = (former < 0) | (found.touched if self._bound <= 0.0 else counts | (skipped > self._bound))
-        skipped[wanted] = 0.0
-        self.skipped_voxels, self._former, self._grid = skipped.astype(np.float32), former, grid
+        wanted, skipped = wanted_points(
+            former,
+            found,
+            before[known],
+            bound=self._bound,
+            scale=SPHERE_SCALE,
+            ray=VOXEL_RAY / settings.volume_directions,
+            look=self._look(places.points, voxel_seeds(grid, settings.seed)),
+        )
+        self.skipped_voxels, self._former, self._grid = skipped, former, grid
         self.traced_voxels = int(np.count_nonzero(wanted))
         valid: BoolArray = (former >= 0) & (old.valid[known] != 0)
         return KnownVoxels(sh=np.asarray(old.sh)[known], valid=valid, wanted=wanted)
+
+    def _look(self, points: Float32Array, seeds: UInt32Array) -> Callable[[Int64Array], BoolArray] | None:
+        changed, directions = self._changed, self._edit.settings.volume_directions
+        return None if changed is None else lambda rows: changed.find(points[rows], seeds[rows], directions)
 
     def model(self, mesh: int, trees: Sequence[int]) -> TreeModel | None:
         """The mesh's local AO, if its first instance and, nearly, the mean scale are what they were."""
@@ -134,6 +146,14 @@ class KnownTrees:
             self._check_anew[number] = check
             self.skipped_trees[number] = 0.0 if check else skipped
         return any(self._fit_anew[number] for number in trees)
+
+    def seen(self, number: int, spacing: float) -> Float64Array | None:
+        """What was found in this session of a tree alone, of the same content."""
+        return self._state.seen.get((self._edit.world.object_hash[number], spacing))
+
+    def remember(self, number: int, spacing: float, seen: Float64Array) -> None:
+        """Keeps it for the session."""
+        self._state.seen[self._edit.world.object_hash[number], spacing] = seen
 
     def fit(self, number: int) -> GlobalFit | None:
         """The fit as it was."""

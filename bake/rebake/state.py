@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from bake.rebake.setting_changes import SettingsChange
 from bake.settings import BakeSettings
 from bake.solve.update import FieldKeeper
 from bake.trace import Tracer
-from bake.types import BakeResult, BoolArray, Float32Array, Scene, World
+from bake.types import BakeResult, BoolArray, Float32Array, Float64Array, Scene, World
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +45,8 @@ class State:
         keeper: Its values; None until they are needed.
         places: Of its samples; None until they are needed.
         anchor: What the session began with; None: this very result.
+        seen: Local AO of trees alone as a volume shows it, by content hash and spacing of the volume: it grows from
+            edit to edit for as long as the settings of the trees stay.
     """
 
     result: BakeResult
@@ -53,6 +55,7 @@ class State:
     keeper: FieldKeeper | None = None
     places: Places | None = None
     anchor: Anchor | None = None
+    seen: dict[tuple[str, float], Float64Array] = field(default_factory=dict[tuple[str, float], Float64Array])
 
     @property
     def anchored(self) -> Anchor:

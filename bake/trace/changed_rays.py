@@ -169,28 +169,13 @@ class _Fused:
         from bake.kernels import changed
 
         self._kernels, self._old, self._new = changed, old, new
-        gone = _differing(old.cast_face, change.new_face)
-        added = _differing(new.cast_face, change.old_face)
-        self._sides = [self._side(tracer, primitives, stack) for tracer, primitives in ((old, gone), (new, added))]
+        gone = differing(old.cast_face, change.new_face)
+        added = differing(new.cast_face, change.old_face)
+        self._sides = [side_argument(tracer, primitives, stack) for tracer, primitives in ((old, gone), (new, added))]
         passed_over = np.zeros(len(new.cast_face), np.bool_)
         passed_over[added] = True
         self._shared = stack.enter_context(new.passing_over(passed_over))
-        boxes: Any = changed.Boxes()
-        solid, soft = (_put_together(low[which], high[which]) for which in (opaque, ~opaque))
-        vec3 = new.warp.vec3
-        boxes.low = new.array(np.concatenate((solid[0], soft[0])), vec3)
-        boxes.high = new.array(np.concatenate((solid[1], soft[1])), vec3)
-        boxes.first_soft = len(solid[0])
-        self._boxes = boxes
-
-    def _side(self, tracer: TracerFused, primitives: Int64Array, stack: ExitStack) -> Any:
-        side: Any = self._kernels.Side()
-        side.entry, side.scene, side.count = tracer.entry, tracer.scene, len(primitives)
-        side.primitive = tracer.array(primitives.astype(np.int32), tracer.warp.int32)
-        if len(primitives):
-            part = stack.enter_context(tracer.part(tracer.cast_face[primitives]))
-            side.part_entry, side.part_scene = part
-        return side
+        self._boxes = boxes_argument(new, low, high, opaque)
 
     def trace(self, samples: SampleSet, rays: slice) -> TallyChange:
         """The changes of some of the rays."""
@@ -234,8 +219,44 @@ class _Fused:
         return out
 
 
-def _differing(face: Int32Array, counterpart: Int32Array) -> Int64Array:
-    """Primitives whose faces are not in the other world."""
+def side_argument(tracer: TracerFused, primitives: Int64Array, stack: ExitStack) -> Any:
+    """The kernels' `Side`: some primitives of a tracer, with a structure of their own that lasts as long as the stack.
+
+    Args:
+        tracer: Of one of the two worlds.
+        primitives: What that world alone has.
+        stack: Closes what is built.
+    """
+    from bake.kernels import changed
+
+    side: Any = changed.Side()
+    side.entry, side.scene, side.count = tracer.entry, tracer.scene, len(primitives)
+    side.primitive = tracer.array(primitives.astype(np.int32), tracer.warp.int32)
+    if len(primitives):
+        side.part_entry, side.part_scene = stack.enter_context(tracer.part(tracer.cast_face[primitives]))
+    return side
+
+
+def boxes_argument(tracer: TracerFused, low: Float32Array, high: Float32Array, opaque: BoolArray) -> Any:
+    """The kernels' `Boxes`, opaque ones first; see `ChangedRays`."""
+    from bake.kernels import changed
+
+    boxes: Any = changed.Boxes()
+    solid, soft = (_put_together(low[which], high[which]) for which in (opaque, ~opaque))
+    vec3 = tracer.warp.vec3
+    boxes.low = tracer.array(np.concatenate((solid[0], soft[0])), vec3)
+    boxes.high = tracer.array(np.concatenate((solid[1], soft[1])), vec3)
+    boxes.first_soft = len(solid[0])
+    return boxes
+
+
+def differing(face: Int32Array, counterpart: Int32Array) -> Int64Array:
+    """Primitives whose faces are not in the other world, shape (d,), ascending.
+
+    Args:
+        face: Shape (p,): face of each primitive, -1 for none.
+        counterpart: Shape (m,): of each face, that in the other world, -1 where there is none.
+    """
     return np.flatnonzero((face >= 0) & (counterpart[face] < 0))
 
 
