@@ -80,7 +80,7 @@ def whole_of(world: World, samples: SampleSet) -> Patches:
     sampled = np.unique(samples.face).astype(np.int64)
     area = face_normals(world.positions, world.faces[sampled])[1]
     part = np.repeat((0.5 * area / area.sum() + 0.5 / len(sampled)) / 3.0, 3)
-    share: Float64Array = np.bincount(world.faces[sampled].ravel(), part, world.vertex_count)
+    share = np.bincount(world.faces[sampled].ravel(), part, world.vertex_count).astype(np.float64)
     return Patches(1, world, samples, samples, np.arange(len(samples)), share)
 
 
