@@ -23,11 +23,11 @@ from bake.regions.region_stage import bake_regions, find_regions, remodelled
 from bake.regions.source_files import region_files
 from bake.results import check_destination, is_current, load_result, save_result
 from bake.samples import place_samples
-from bake.scene import flatten, load_scene, read_bake_options, samplable_faces
+from bake.scene import flatten, load_unchecked, looked_over, read_bake_options, samplable_faces
 from bake.settings import BakeSettings, TracerKind
-from bake.solve import map_to_vertices
+from bake.solve import map_ahead, map_to_vertices
 from bake.solve.importance import SampleImportance
-from bake.stages import StageClock, patiently
+from bake.stages import Running, StageClock, patiently
 from bake.trace import Tracer, create_tracer
 from bake.trace.adaptive import PILOT, RayPlan, trace_adaptively
 from bake.types import BakeResult, Finding, Progress, Role, SampleSet, Scene, Tally, VertexField, VertexState, World
@@ -78,7 +78,7 @@ def run_bake(request: BakeRequest) -> Generator[Progress, None, BakeOutcome]:
     settings = settings_for(request.scene_path, request.options)  # refused, if need be, before the scene is read
     check_destination(request.result_path)
     scene, seconds = yield from patiently(
-        "load", lambda: load_scene(request.scene_path, crease_angle=settings.crease_angle)
+        "load", lambda: load_unchecked(request.scene_path, crease_angle=settings.crease_angle)
     )
     clock.ran("process geometry", f"{len(scene.objects)} objects, {len(scene.meshes)} meshes", seconds)
     device = resolve(settings.device)
@@ -90,18 +90,28 @@ def run_bake(request: BakeRequest) -> Generator[Progress, None, BakeOutcome]:
         stored = load_result(request.result_path, verify=False)
         result = yield from remodelled(stored, settings, clock)
     else:
-        result = yield from bake(scene, settings, device, clock)
+        result = yield from bake(scene, settings, device, clock, look_over=True)
     yield Progress("store", 0, 0, clock.seconds)
     save_result(result, request.result_path)  # not to be stopped half-way: it ends either stored or not begun
     return BakeOutcome(result, False, clock.seconds, not has_rays)
 
 
 def bake(
-    scene: Scene, settings: BakeSettings, device: Device, clock: StageClock
+    scene: Scene, settings: BakeSettings, device: Device, clock: StageClock, *, look_over: bool = False
 ) -> Generator[Progress, None, BakeResult]:
-    """Bakes a loaded scene; the stages in order."""
+    """Bakes a loaded scene; the stages in order. What rays need not wait for is worked on beside them.
+
+    Args:
+        scene: As loaded.
+        settings: How to bake it.
+        device: Where to.
+        clock: Takes the stages' rows.
+        look_over: It was loaded unchecked: before any ray is traced, it is looked over.
+    """
+    looking = Running("load", lambda: looked_over(scene)) if look_over else None
     world, seconds = yield from patiently("flatten", lambda: flatten(scene, settings))
     clock.ran("flatten", f"{world.face_count:,} faces, {world.vertex_count:,} vertices", seconds)
+    welding = Running("solve", lambda: map_ahead(world, settings))
 
     samples, seconds = yield from patiently("samples", lambda: place_samples(world, settings))
     if len(samples) == 0 and not any_decorators(world, settings):
@@ -114,16 +124,25 @@ def bake(
     tracer, seconds = yield from open_tracer(world, settings, device, fog)
     clock.ran("build BVH", occluders(world, tracer), seconds)
     with tracer:
+        if looking is not None:
+            scene, seconds = yield from looking.ended()
+            clock.beside("process geometry", "looked over", seconds)
+        if not device.is_cuda:  # rays take all processors
+            yield from welding.ended()
         space = yield from find_regions(scene, world, settings, tracer, clock)  # refused, if need be, before the rest
         tally = yield from trace(tracer, samples, settings, clock)
         trees = yield from bake_trees(scene, world, settings, tracer, lent_stages(device), clock)
         dynamic = yield from bake_regions(space, settings, tracer, clock)
 
     valid = tally.valid(settings.back_face_threshold)
-    solved, seconds = yield from patiently("solve", lambda: map_to_vertices(world, samples, tally.ao, valid, settings))
+    ahead, welded_in = yield from welding.ended()
+    solved, seconds = yield from patiently(
+        "solve", lambda: map_to_vertices(world, samples, tally.ao, valid, settings, ahead=ahead)
+    )
     report = solved.report
     if report.unknowns:
         clock.ran("map to vertices", f"{report.unknowns:,} unknowns, {report.iterations} iterations", seconds)
+        clock.beside("map to vertices", "welded", welded_in)
     else:
         clock.skipped("map to vertices", _NO_SURFACE)
     around = yield from resample_surfaces(

@@ -6,7 +6,8 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Generator
-from typing import Any, TypeVar
+from dataclasses import replace
+from typing import Any, Generic, TypeVar
 
 from bake.types import Progress, StageReport
 
@@ -30,6 +31,13 @@ class StageClock:
         """Adds a row for a stage that ran; `why` counts what it did."""
         self.rows.append(StageReport(name, "ran", why, seconds, rays, peak_memory_mb()))
 
+    def beside(self, name: str, what: str, seconds: float) -> None:
+        """Adds to the row of a stage what it did beside other stages: its seconds are its own, not the bake's."""
+        for number, row in enumerate(self.rows):
+            if row.name == name and row.status == "ran":
+                why = f"{row.why}; {what} beside other stages: {seconds:.2f} s"
+                self.rows[number] = replace(row, why=why, seconds=row.seconds + seconds)
+
     def skipped(self, name: str, why: str) -> None:
         """Adds a row for a stage that the scene or the settings do not need."""
         self.rows.append(StageReport(name, "skipped", why))
@@ -40,30 +48,49 @@ class StageClock:
         return time.perf_counter() - self.started
 
 
-def patiently(stage: str, work: Callable[[], _T]) -> Generator[Progress, None, tuple[_T, float]]:
-    """Runs work that cannot be divided, yielding a sign of life now and then; returns its value and its seconds.
+class Running(Generic[_T]):
+    """Work that cannot be divided, on a thread of its own, beside whatever else goes on.
 
-    Whoever drives the bake can thus stop it in the middle: the generator is closed and the work is left to end unheard.
+    Args:
+        stage: Its name where it is waited for.
+        work: What to do.
     """
-    begin = time.perf_counter()
-    value: list[_T] = []
-    failure: list[BaseException] = []
 
-    def run() -> None:
+    def __init__(self, stage: str, work: Callable[[], _T]) -> None:
+        self._stage, self._work = stage, work
+        self._value: list[_T] = []
+        self._failure: list[BaseException] = []
+        self._begin = time.perf_counter()
+        self._seconds = 0.0
+        self._thread = threading.Thread(target=self._run, name=f"stage {stage}", daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
         try:
-            value.append(work())
-        except BaseException as error:  # noqa: BLE001  # raised again below, in the caller's thread
-            failure.append(error)
+            self._value.append(self._work())
+        except BaseException as error:  # noqa: BLE001  # raised again where it is waited for
+            self._failure.append(error)
+        self._seconds = time.perf_counter() - self._begin
 
-    thread = threading.Thread(target=run, name=f"stage {stage}", daemon=True)
-    thread.start()
+    def ended(self) -> Generator[Progress, None, tuple[_T, float]]:
+        """Waits for its end, yielding a sign of life now and then; returns its value and its own seconds.
+
+        Whoever drives the bake can thus stop it in the middle: the generator is closed and the work is left to end
+        unheard. What the work raised is raised here.
+        """
+        while self._thread.is_alive():
+            self._thread.join(_POLL_S)
+            yield Progress(self._stage, 0, 0, time.perf_counter() - self._begin)
+        if self._failure:
+            raise self._failure[0]
+        return self._value[0], self._seconds
+
+
+def patiently(stage: str, work: Callable[[], _T]) -> Generator[Progress, None, tuple[_T, float]]:
+    """Runs work that cannot be divided to its end; see `Running.ended`."""
+    running = Running(stage, work)
     yield Progress(stage, 0, 0)
-    while thread.is_alive():
-        thread.join(_POLL_S)
-        yield Progress(stage, 0, 0, time.perf_counter() - begin)
-    if failure:
-        raise failure[0]
-    return value[0], time.perf_counter() - begin
+    return (yield from running.ended())
 
 
 def drained(steps: Generator[Any, None, _T]) -> _T:

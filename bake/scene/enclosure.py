@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bake.scene.extent import box_of, used_positions
+from bake.scene.remembered import remembered
 from bake.types import Float64Array, Int32Array, Scene
 
 DIRECTIONS = 64
@@ -80,6 +81,7 @@ def _covered_share(corners: Float64Array, directions: Float64Array) -> float:
     return float(covered.mean())
 
 
+@remembered
 def box_corners(positions: Float64Array, faces: Int32Array) -> Float64Array:
     """The eight corners of the box around the vertices in use, shape (8, 3)."""
     low, high = box_of(used_positions(positions, faces))

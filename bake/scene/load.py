@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from bake.scene.parsed import ParsedFile
 from bake.scene.ply import parse_ply
 from bake.scene.roles import assign_roles
 from bake.scene.side_file import read_side_file
-from bake.scene.validate import MeshChecks, find_problems
+from bake.scene.validate import MeshChecks, find_problems, refuse_far
 from bake.types import Scene
 
 log = logging.getLogger(__name__)
@@ -42,7 +43,38 @@ def load_scene(path: Path, *, crease_angle: float = 40.0) -> Scene:
         SceneError: the file, one that it refers to, or its side file is missing, damaged or not understood; or the
             scene holds nothing that can be baked.
     """
-    return SceneReader(path).read(crease_angle=crease_angle)
+    return looked_over(load_unchecked(path, crease_angle=crease_angle))
+
+
+def load_unchecked(path: Path, *, crease_angle: float = 40.0) -> Scene:
+    """Like `load_scene`, without the findings that `looked_over` adds.
+
+    Raises:
+        SceneError: as there.
+    """
+    return SceneReader(path, only_once=True).read_unchecked(crease_angle=crease_angle)
+
+
+def looked_over(scene: Scene) -> Scene:
+    """A scene of `load_unchecked` with what is odd about its objects among the findings.
+
+    Raises:
+        SceneError: looking it over takes more memory than there is.
+    """
+    with np.errstate(all="ignore"), _within_memory(scene.path):
+        return _with_problems(scene, MeshChecks())
+
+
+@contextmanager
+def _within_memory(path: Path) -> Generator[None]:
+    try:
+        yield
+    except MemoryError:
+        raise SceneError("the scene does not fit into memory", where=str(path), remedy="split it") from None
+
+
+def _with_problems(scene: Scene, checks: MeshChecks) -> Scene:
+    return replace(scene, findings=(*scene.findings, *find_problems(scene, checks)))
 
 
 def _parser(path: Path) -> Callable[..., ParsedFile]:
@@ -67,10 +99,11 @@ class SceneReader:
 
     Args:
         path: As for `load_scene`.
+        only_once: It will not be read again.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = Path(path)
+    def __init__(self, path: Path, *, only_once: bool = False) -> None:
+        self.path, self._only_once = Path(path), only_once
         self._parsed: tuple[ParsedFile, dict[str, str], dict[str, _Stamp], float] | None = None
         self._checks = MeshChecks()
         self._last: Scene | None = None
@@ -82,14 +115,21 @@ class SceneReader:
         Raises:
             SceneError: as there.
         """
+        return self._read(crease_angle, self._looked_over)
+
+    def read_unchecked(self, *, crease_angle: float = 40.0) -> Scene:
+        """The same without what is odd about the objects among its findings.
+
+        Raises:
+            SceneError: as for `read`.
+        """
+        return self._read(crease_angle, self._assembled)
+
+    def _read(self, crease_angle: float, finish: Callable[[ParsedFile, FileLedger], Scene]) -> Scene:
         parser = _parser(self.path)
         ledger = FileLedger(self.path)
-        try:
-            with np.errstate(all="ignore"), self._lock:
-                return self._finished(self._parse(parser, ledger, crease_angle), ledger)
-        except MemoryError:
-            where = str(self.path)
-            raise SceneError("the scene does not fit into memory", where=where, remedy="split it") from None
+        with np.errstate(all="ignore"), _within_memory(self.path), self._lock:
+            return finish(self._parse(parser, ledger, crease_angle), ledger)
 
     def _parse(self, parser: Callable[..., ParsedFile], ledger: FileLedger, crease_angle: float) -> ParsedFile:
         if self._parsed is not None:
@@ -99,13 +139,21 @@ class SceneReader:
                 return parsed
         self._parsed, self._checks, self._last = None, MeshChecks(), None
         parsed = parser(ledger, crease_angle=crease_angle)
+        if self._only_once:
+            return parsed
         seen = dict(ledger.seen)
         stamps = _stamps(ledger.folder, seen)
         if dict(hash_files(self.path, seen)) == seen:  # else somebody writes just now, and the stamps are too new
             self._parsed = (parsed, seen, stamps, crease_angle)
         return parsed
 
-    def _finished(self, parsed: ParsedFile, ledger: FileLedger) -> Scene:
+    def _looked_over(self, parsed: ParsedFile, ledger: FileLedger) -> Scene:
+        scene = self._assembled(parsed, ledger)
+        if scene is not self._last:
+            self._last = scene = _with_problems(scene, self._checks)
+        return scene
+
+    def _assembled(self, parsed: ParsedFile, ledger: FileLedger) -> Scene:
         side_file = read_side_file(ledger)
         if self._parsed is not None and self._last is not None and self._last.files == ledger.seen:
             return self._last
@@ -124,10 +172,9 @@ class SceneReader:
             files=ledger.seen,
             up_axis=parsed.up_axis,
         )
-        problems = find_problems(scene, self._checks)
+        refuse_far(scene, self._checks)
         log.info("%s: %d objects, %d meshes", ledger.scene.name, len(objects), len(parsed.meshes))
-        self._last = replace(scene, findings=(*scene.findings, *problems))
-        return self._last
+        return scene
 
 
 _Stamp = tuple[int, int, int] | None

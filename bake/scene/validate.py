@@ -70,8 +70,7 @@ def find_problems(scene: Scene, checks: MeshChecks | None = None) -> list[Findin
     """
     shown = Counter(item.mesh for item in scene.objects)
     checks = checks or MeshChecks()
-    boxes = world_boxes(scene, checks)
-    _refuse_far(scene, boxes)
+    boxes = refuse_far(scene, checks)
     findings: list[Finding] = []
     done: set[int] = set()
     for item in scene.objects:
@@ -98,7 +97,13 @@ def world_boxes(scene: Scene, checks: MeshChecks | None = None) -> Float64Array:
     return np.stack((world.min(axis=1), world.max(axis=1)), axis=1)
 
 
-def _refuse_far(scene: Scene, boxes: Float64Array) -> None:
+def refuse_far(scene: Scene, checks: MeshChecks | None = None) -> Float64Array:
+    """The boxes of `world_boxes`.
+
+    Raises:
+        SceneError: as `find_problems`.
+    """
+    boxes = world_boxes(scene, checks)
     reach = np.abs(boxes).max(axis=(1, 2))
     if not (reach <= FARTHEST).all():
         number = int(np.argmax(~(reach <= FARTHEST)))
@@ -107,6 +112,7 @@ def _refuse_far(scene: Scene, boxes: Float64Array) -> None:
             where=f"{scene.path}: {scene.objects[number].path}",
             remedy="check its transform and its positions: the limit is 1e9 m",
         )
+    return boxes
 
 
 def _mesh_findings(check: MeshCheck, path: str, shown: int) -> list[Finding]:

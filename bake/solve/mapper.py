@@ -11,13 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from bake.settings import BakeSettings, MappingKind
+from bake.solve.ahead import MappingAhead
 from bake.solve.averaged import average_to_vertices, refuse_unfinished, sample_rmse
 from bake.solve.box_choice import box_solver, prepare
 from bake.solve.direct import finished
 from bake.solve.mass import FaceMoments, face_moments
 from bake.solve.prior import SceneScatter
 from bake.solve.starved import settle_starved
-from bake.solve.surface import build_surface
+from bake.solve.surface import Surface, build_surface
 from bake.solve.system import Equations, System, build_equations
 from bake.types import (
     BoolArray,
@@ -68,6 +69,7 @@ class VertexMapper:
         samples: Where AO was estimated.
         settings: `weld_instances` and `crease_angle` decide the surface; `mapping` and `alpha` are defaults of `solve`.
         scene: The mean scatter of the whole scene, where `world` is a part of it.
+        surface: Of the world with these settings, if it is there already.
 
     Attributes:
         surface: What all solves share.
@@ -81,6 +83,7 @@ class VertexMapper:
         settings: BakeSettings,
         *,
         scene: SceneScatter | None = None,
+        surface: Surface | None = None,
     ) -> None:
         self._scene = scene
         self._world = world
@@ -88,7 +91,9 @@ class VertexMapper:
         self._settings = settings
         if settings.mapping is MappingKind.LEAST_SQUARES:
             prepare(world.vertex_count, settings.distance_count, settings.device)
-        self.surface = build_surface(world, crease_angle=settings.crease_angle, weld_instances=settings.weld_instances)
+        self.surface = surface or build_surface(
+            world, crease_angle=settings.crease_angle, weld_instances=settings.weld_instances
+        )
         own = [np.nan if keys.alpha is None else keys.alpha for keys in world.object_keys]
         self.own_alpha = np.array(own, np.float64)[self.surface.owner]
         self._kept: tuple[Float32Array, BoolArray, FaceMoments, Equations] | None = None
@@ -241,6 +246,7 @@ def map_to_vertices(
     valid: BoolArray,
     settings: BakeSettings,
     *,
+    ahead: MappingAhead | None = None,
     on_progress: Callable[[str, float], None] | None = None,
 ) -> VertexField:
     """Maps samples to vertices once; see `VertexMapper` for repeated solves.
@@ -251,6 +257,7 @@ def map_to_vertices(
         ao: Shape (n, k), float32, in [0, 1].
         valid: Shape (n,), bool: samples to use.
         settings: Mapping, alpha, welding.
+        ahead: What `map_ahead` made of the same world and settings, if it did.
         on_progress: Told the step and the share done, in [0, 1].
 
     Raises:
@@ -259,5 +266,6 @@ def map_to_vertices(
     if on_progress is not None:
         on_progress("weld", 0.0)
     if settings.mapping is MappingKind.AVERAGE:
-        return average_to_vertices(world, samples, ao, valid, settings)
-    return VertexMapper(world, samples, settings).solve(ao, valid, on_progress=on_progress)
+        return average_to_vertices(world, samples, ao, valid, settings, ahead.receivers if ahead else None)
+    mapper = VertexMapper(world, samples, settings, surface=ahead.surface if ahead else None)
+    return mapper.solve(ao, valid, on_progress=on_progress)
