@@ -233,6 +233,21 @@ def direction_at(reals: wp.array(dtype=wp.float32), place: wp.int32, lane: wp.in
 
 
 @wp.func
+def put_origin(reals: wp.array(dtype=wp.float32), lane: wp.int32, origin: wp.vec3):
+    """Writes where the rays of a lane begin."""
+    for axis in range(3):
+        reals[axis * _LANES + lane] = origin[axis]
+
+
+@wp.func
+def put_direction(reals: wp.array(dtype=wp.float32), place: wp.int32, direction: wp.vec3):
+    """Writes the direction of the ray at a place."""
+    at = _LANES * 3 + (place - place % _LANES) * 3 + place % _LANES
+    for axis in range(3):
+        reals[at + axis * _LANES] = direction[axis]
+
+
+@wp.func
 def hit_at(reals: wp.array(dtype=wp.float32), wholes: wp.array(dtype=wp.int32), place: wp.int32) -> Hit:
     """The first hit of the ray at a place."""
     hit = Hit()

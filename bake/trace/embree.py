@@ -26,6 +26,8 @@ from bake.types import BoolArray, Int32Array, World
 _LEAST_RAYS = 8
 """With fewer a sample there is nothing to sort, and its frame is not worth making twice."""
 
+_LEAST_DIRECTIONS = 64
+
 
 class TracerEmbree(TracerFused):
     """The fused kernel over two Embree scenes: the one that was built first, and a small one of what was added since.
@@ -33,8 +35,8 @@ class TracerEmbree(TracerFused):
     What is gone stays in the first and is passed over (`bake/kernels/closest.py`).
 
     Attributes:
-        grouped: Whether sixteen samples are traced at a time.
-        choices: By rays a sample, whether first hits are found sixteen rays at a time.
+        grouped: Whether sixteen samples, or directions, are traced at a time.
+        choices, sphere_choices: By rays a sample or a point, whether first hits are found sixteen rays at a time.
     """
 
     name = "embree"
@@ -57,6 +59,7 @@ class TracerEmbree(TracerFused):
         """
         primitives = Primitives.of(world.face_casts) if kept is None else kept[1]
         self.choices = defaultdict[int, PacketChoice](PacketChoice)
+        self.sphere_choices = defaultdict[int, PacketChoice](PacketChoice)
         # Packets know one scene, of which nothing is passed over.
         self.grouped = not len(primitives.added) and (kept is None or not primitives.gone.any())
         super().__init__(world, settings, "cpu", worker_count(), fog, primitives, None if kept is None else kept[2])
@@ -90,15 +93,31 @@ class TracerEmbree(TracerFused):
         if not self.grouped or rays < _LEAST_RAYS:
             self.launch(super()._obscurance_kernel(), batch, inputs)
             return
+        self._launch_groups(self._obscurance_kernel(), batch, inputs, self.choices[rays], rays, together=True)
+
+    def _gather(self, batch: slice, inputs: list[Any], fog: bool, trees: bool) -> None:
+        directions = int(inputs[4].directions)
+        if not self.grouped or directions < _LEAST_DIRECTIONS:
+            super()._gather(batch, inputs, fog, trees)
+            return
+        spheres: Any = importlib.import_module("bake.kernels.grouped_sphere")
+        kernel = spheres.grouped_sphere_kernel(fog, trees, self.settings.distance_count)
+        self._launch_groups(kernel, batch, inputs, self.sphere_choices[directions], directions, together=False)
+
+    def _launch_groups(
+        self, kernel: Any, batch: slice, inputs: list[Any], choice: PacketChoice, rays: int, *, together: bool
+    ) -> None:
+        """Launches a kernel that works on a scratch; `together`: one of its threads takes sixteen samples."""
         sizes: Any = importlib.import_module("bake.kernels.packets")
-        wp, kernel, choice = self.warp, self._obscurance_kernel(), self.choices[rays]
+        wp = self.warp
 
         def part(begin: int, end: int) -> None:
             reals = wp.empty(sizes.REALS, dtype=wp.float32, device="cpu")
             wholes = wp.empty(sizes.WHOLES, dtype=wp.int32, device="cpu")
             packets, started = choice.ask(), time.thread_time()
-            groups = -(-(end - begin) // sizes.LANES)
-            wp.launch(kernel, dim=groups, inputs=[*inputs, int(packets), reals, wholes, end, begin], device="cpu")
+            threads = -(-(end - begin) // sizes.LANES) if together else end - begin
+            bounds = [end, begin] if together else [begin]
+            wp.launch(kernel, dim=threads, inputs=[*inputs, int(packets), reals, wholes, *bounds], device="cpu")
             choice.tell(packets, (end - begin) * rays, time.thread_time() - started)
 
         self.launch_parts(kernel, batch, part)

@@ -133,9 +133,8 @@ class TracerFused(Tracer):
         except RuntimeError as error:
             raise _device_failure(error, self._warp_device) from error
         assert self._veil is not None
-        kernel = self._sphere.sphere_kernel(self.name, self.fog_boxes > 0, self.tree_triangles > 0 and trees, columns)
         inputs = [self.entry, self.scene, self.surface, self._veil.argument, work, self.falloff]
-        self.launch(kernel, slice(0, count), inputs)
+        self._gather(slice(0, count), inputs, self.fog_boxes > 0, self.tree_triangles > 0 and trees)
         return SphereTally(work.sh.numpy(), directions, work.hits.numpy(), work.back_faces.numpy())
 
     def sphere_reader(
@@ -223,6 +222,10 @@ class TracerFused(Tracer):
     def _trace(self, batch: slice, inputs: list[Any]) -> None:
         """Runs the fused kernel on samples `batch`."""
         self.launch(self._obscurance_kernel(), batch, inputs)
+
+    def _gather(self, batch: slice, inputs: list[Any], fog: bool, trees: bool) -> None:
+        """Runs the kernel of spheres on points `batch`."""
+        self.launch(self._sphere.sphere_kernel(self.name, fog, trees, self.settings.distance_count), batch, inputs)
 
     def launch(self, kernel: Any, batch: slice, inputs: list[Any]) -> None:
         """Runs a kernel whose last argument is the first index, over `batch`."""

@@ -44,6 +44,26 @@ def test_groups_find_what_rays_one_by_one_find(scene: int, packets: bool, rays: 
     assert len(np.unique(tally.ao)) > 1
 
 
+@pytest.mark.parametrize("directions", [64, 100, 512, 1024, 1100, 4096])
+@pytest.mark.parametrize("packets", [True, False])
+@pytest.mark.parametrize("scene", [0, 1])
+def test_spheres_find_what_rays_one_by_one_find(scene: int, packets: bool, directions: int) -> None:
+    """Harmonics and counts are equal to the bit, sorted or not, whatever the number of directions."""
+    world, fog = scenes()[scene]
+    rng = np.random.default_rng(5)
+    points = rng.uniform(-4, 4, (9, 3)).astype(np.float32)
+    seeds = rng.integers(0, 2**32, 9, dtype=np.uint32)
+    with open_tracer("embree", world, SETTINGS.replaced(alpha_lookup=scene == 1), fog=fog) as tracer:
+        tracer.sphere_choices[directions].packets = packets  # pyright: ignore[reportAttributeAccessIssue]
+        found = tracer.gather_sphere(points, seeds, directions)
+        tracer.grouped = False  # pyright: ignore[reportAttributeAccessIssue]
+        alone = tracer.gather_sphere(points, seeds, directions)
+    np.testing.assert_array_equal(found.sh, alone.sh)
+    np.testing.assert_array_equal(found.hits, alone.hits)
+    np.testing.assert_array_equal(found.back_faces, alone.back_faces)
+    assert found.hits.any()
+
+
 def test_choice_tries_both_and_takes_the_faster() -> None:
     """Both ways take turns until each has traced enough; then it is always the faster one."""
     for faster in (False, True):
