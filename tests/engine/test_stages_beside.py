@@ -45,7 +45,7 @@ def test_what_is_refused_is_refused_unchecked_too(tmp_path: Path) -> None:
     """An object too far away, with the same words."""
     path = tmp_path / "far.ply"
     positions, faces = icosphere(1)
-    write_ply(path, (np.asarray(positions) + 1e12, faces))
+    write_ply(path, (np.asarray(positions) + 1e12, np.asarray(faces, np.int32)))
     for load in (load_scene, load_unchecked):
         with pytest.raises(SceneError, match="m from the origin"):
             load(path)
