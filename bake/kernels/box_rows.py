@@ -9,7 +9,7 @@ from typing import Any
 
 import warp as wp
 
-from bake.kernels.box_work import summed, work_type
+from bake.kernels.box_work import row_sums, summed, work_type
 
 wp.set_module_options({"enable_backward": False, "fast_math": False})
 
@@ -40,6 +40,7 @@ def row_kernels(columns: int, lanes: int, module: str) -> RowKernels:
     values = wp.types.vector(length=columns, dtype=wp.float64)
     Work = work_type(columns)
     total, largest_of = summed(columns, lanes)
+    row_product, row_outside = row_sums(columns)
     stride = wp.constant(lanes)
     count = wp.constant(columns)
 
@@ -48,9 +49,7 @@ def row_kernels(columns: int, lanes: int, module: str) -> RowKernels:
         i, lane = wp.tid()
         chunk = work.listed[first + i]
         for r in range(work.chunk[chunk] + lane, work.chunk[chunk + 1], stride):
-            product = values()
-            for e in range(work.row[r], work.row[r + 1]):
-                product += work.entry[e] * work.x[work.column[e]]
+            product = row_product(work.entry, work.column, work.x, work.row[r], work.row[r + 1])
             work.gradient[r] = product - work.product[r]
 
     @wp.kernel(module=module, enable_backward=False, grid_stride=False)
@@ -61,9 +60,7 @@ def row_kernels(columns: int, lanes: int, module: str) -> RowKernels:
             return
         curvature = values()
         for r in range(work.chunk[chunk] + lane, work.chunk[chunk + 1], stride):
-            product = values()
-            for e in range(work.row[r], work.row[r + 1]):
-                product += work.entry[e] * work.direction[work.column[e]]
+            product = row_product(work.entry, work.column, work.direction, work.row[r], work.row[r + 1])
             work.product[r] = product
             curvature += wp.cw_mul(work.direction[r], product)
         curvature = total(curvature)
@@ -127,13 +124,7 @@ def row_kernels(columns: int, lanes: int, module: str) -> RowKernels:
             return
         saved = values()
         for r in range(work.chunk[chunk] + lane, work.chunk[chunk + 1], stride):
-            change = values()
-            for e in range(work.row[r], work.row[r + 1]):
-                j = work.column[e]
-                x_there = work.x[j]
-                upper_there = work.upper[j]
-                for k in range(count):
-                    change[k] = change[k] + work.entry[e] * (wp.clamp(x_there[k], ZERO, upper_there) - x_there[k])
+            change = row_outside(work.entry, work.column, work.x, work.upper, work.row[r], work.row[r + 1])
             x = work.x[r]
             x_before = work.x_before[r]
             gradient = work.gradient[r]
