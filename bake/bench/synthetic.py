@@ -34,9 +34,9 @@ def _height(x: Float64Array, y: Float64Array) -> Float64Array:
     return 3.0 * np.sin(0.1 * x) * np.cos(0.13 * y) + 0.5 * np.sin(0.7 * x + 0.4 * y)
 
 
-def under_the_field(points: Float64Array, *, deep: float = 0.05) -> BoolArray:
-    """Which points, shape (n, 3), lie under `height_field` by more than `deep` metres, shape (n,)."""
-    return points[:, 2] < _height(points[:, 0], points[:, 1]) - deep
+def under_the_field(points: Float64Array) -> BoolArray:
+    """Which points, shape (n, 3), lie lower than `height_field`, shape (n,)."""
+    return points[:, 2] < _height(points[:, 0], points[:, 1])
 
 
 def subdivided(geometry: Geometry, times: int, *, radius: float | None = None) -> Geometry:

@@ -10,6 +10,7 @@ from app.commands.written_tables import write_table
 from bake.bench.front import GATED, Front, FrontRow
 from bake.bench.front_tables import tables
 from bake.bench.peers import CYCLES
+from bake.bench.synthetic import height_field, under_the_field
 
 
 def front(*rows: tuple[str, str, float, float]) -> Front:
@@ -75,3 +76,11 @@ def test_tables_replace_those_between_the_marks(tmp_path: Path) -> None:
     assert page.read_text() == "a\n<!-- t -->\n| new |\n<!-- /t -->\nb\n"
     assert not write_table(page, "other", "x")
     assert page.read_text() == "a\n<!-- t -->\n| new |\n<!-- /t -->\nb\n"
+
+
+def test_points_under_the_field_are_told() -> None:
+    """By the height that the field itself is made of."""
+    ground = height_field(40)[0]
+    low, high = ground - [0.0, 0.0, 1e-6], ground + [0.0, 0.0, 1e-6]
+    assert under_the_field(low).all()
+    assert not under_the_field(high).any()
