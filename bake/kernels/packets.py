@@ -73,7 +73,7 @@ _SPREAD = """
         const float cosine = 1.0f + q * (-0.5f + q * (4.1666667e-2f + q * (-1.3888889e-3f + q * (2.4801587e-5f
             + q * -2.7557319e-7f))));
         const float p = radius * (wide ? cosine : sine), r = radius * (wide ? sine : cosine);
-        const float square = 1.0f - p * p - r * r, height = wp::sqrt(square > 0.0f ? square : 0.0f);
+        const float square = 1.0f - p * p - r * r, height = __builtin_elementwise_sqrt(square > 0.0f ? square : 0.0f);
         const wp::vec3 d(
             (p * tangent[0] + r * bitangent[0]) + height * normal[0],
             (p * tangent[1] + r * bitangent[1]) + height * normal[1],
@@ -159,7 +159,7 @@ _TRACE = """
         ((void (*)(const int*, void*, void*, void*))held[7])(valid, tree, &p, &arguments);
         for (int k = 0; k < 16; ++k) {
             const int at = s * LANES + k;
-            float length = wp::sqrt(p.ng[0][k] * p.ng[0][k] + p.ng[1][k] * p.ng[1][k] + p.ng[2][k] * p.ng[2][k]);
+            float length = __builtin_elementwise_sqrt(p.ng[0][k] * p.ng[0][k] + p.ng[1][k] * p.ng[1][k] + p.ng[2][k] * p.ng[2][k]);
             float along = p.ng[0][k] * p.dir[0][k] + p.ng[1][k] * p.dir[1][k] + p.ng[2][k] * p.dir[2][k];
             prims[at] = p.geom[k] == 0xffffffffu ? -1 : (int)p.prim[k];
             found[at] = p.tfar[k];

@@ -26,6 +26,9 @@ from bake.trace.sphere_reader import FusedSphereReader
 from bake.trace.veil import DeviceVeil
 from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, SampleSet, Tally, UInt32Array, World
 
+_PARTS = 4
+"""Launches a thread and batch: they even out what the threads get."""
+
 
 class TracerFused(Tracer):
     """Launches the fused kernel; a body only supplies the addresses that its closest-hit function needs.
@@ -245,7 +248,7 @@ class TracerFused(Tracer):
             if self._pool is None:
                 part(batch.start, batch.stop)
                 return
-            parts = min(count, 4 * self._threads)  # four a thread even out what the threads get
+            parts = min(count, _PARTS * self._threads)
             edges = [batch.start + count * i // parts for i in range(parts + 1)]
             running = [self._pool.submit(part, a, b) for a, b in pairwise(edges)]
             try:
