@@ -47,7 +47,7 @@ def speed_tables(
     """Each table as soon as it is measured.
 
     Args:
-        scenes: For overhead, order and tail; without any, fields are made.
+        scenes: For the overhead, in place of the fields that are made; for order and tail, besides one.
         options: Bake options by long name.
         tables: Names with commas between, or all.
         largest: Triangles of the largest field.

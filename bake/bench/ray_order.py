@@ -31,7 +31,7 @@ def measure_order(scenes: Sequence[Path], options: Mapping[str, Any]) -> Measure
     """Processor time a ray with Embree for orders of samples and of rays; all find the same bits.
 
     Args:
-        scenes: Scene files; without any, a rolling field of a million triangles.
+        scenes: Scene files; a rolling field of a million triangles comes last.
         options: Bake options by long name.
     """
     if not has_embree():

@@ -25,7 +25,7 @@ def measure_tail(scenes: Sequence[Path], options: Mapping[str, Any]) -> Measurem
     """Processor time a ray and change of AO for several tail bounds, at 2 m alone and at 2 m and 300 m.
 
     Args:
-        scenes: Scene files; without any, a rolling field of a million triangles.
+        scenes: Scene files; a rolling field of a million triangles comes last.
         options: Bake options by long name; those of kernel, distances, tail and what is skipped are set here.
     """
     given = {"tracer": "auto", **options, "device": "cpu"}

@@ -57,11 +57,10 @@ class Subject:
 
 
 def subjects(scenes: Sequence[Path], settings: BakeSettings) -> list[Subject]:
-    """The scenes made ready; without any, a rolling field of a million triangles."""
-    if scenes:
-        return [Subject.of(scene, settings) for scene in scenes]
+    """The scenes made ready, and a rolling field of a million triangles."""
     with tempfile.TemporaryDirectory() as folder:
-        return [Subject.of(write_field(Path(folder) / "field of 1.0 M.glb", _FIELD), settings)]
+        field = write_field(Path(folder) / "field of 1.0 M.glb", _FIELD)
+        return [Subject.of(scene, settings) for scene in (*scenes, field)]
 
 
 def processor_seconds(ways: Mapping[str, Callable[[slice], object]], runs: Sequence[slice]) -> dict[str, float]:
