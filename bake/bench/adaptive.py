@@ -96,12 +96,12 @@ def measure_adaptive(
     Args:
         scenes: Scene files.
         options: Bake options by long name; `rays` is the most of a sample, `seed` the first of the seeds and
-            `adaptive_error` the bound.
+            `adaptive-error` the bound.
         scale: Metres in a unit of the files.
         whole: One seed, and errors of all vertices instead of those of patches.
     """
     rows: list[Mapping[str, Any]] = []
-    asked = {"rays": RAYS, "adaptive_error": BOUND, **options}
+    asked = {"rays": RAYS, "adaptive-error": BOUND, **options}
     first = BakeSettings.from_options(asked).seed
     for path in scenes:
         settings = settings_for(path, asked)
