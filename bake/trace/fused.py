@@ -26,7 +26,7 @@ from bake.trace.sphere_reader import FusedSphereReader
 from bake.trace.veil import DeviceVeil
 from bake.types import BoolArray, Float32Array, Float64Array, Int32Array, SampleSet, Tally, UInt32Array, World
 
-_PARTS = 4
+_PARTS = 8
 """Launches a thread and batch: they even out what the threads get."""
 
 
