@@ -114,7 +114,9 @@ class RayWorth:
         """The same for the doubt whether the sample is valid, shape (n,)."""
         return _APART * valid * (1.0 - valid)
 
-    def gain(self, valid: Float64Array, rays: float, rows: Rows = _ALL) -> tuple[Float64Array, Float64Array]:
+    def gain(
+        self, valid: Float64Array, rays: float | Float64Array, rows: Rows = _ALL
+    ) -> tuple[Float64Array, Float64Array]:
         """What doubling so many rays takes off noise and doubt of some samples, shape (m,) each."""
         return _NOISE_GAIN * valid * self.noise(rays, rows), _DOUBT_GAIN * self.doubt(valid)
 

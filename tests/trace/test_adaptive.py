@@ -14,6 +14,7 @@ from bake.samples import place_samples
 from bake.settings import BakeSettings
 from bake.solve.importance import SampleImportance
 from bake.trace.adaptive import PILOT, RayPlan, trace_adaptively
+from bake.trace.ray_plan import Pilot, RayWorth
 from bake.types import SampleSet, Tally, World
 from tests.trace.clutter import clutter
 from tests.trace.conftest import open_tracer, trace_all
@@ -101,6 +102,35 @@ def test_what_is_buried_or_in_the_open_ends_early() -> None:
     assert plan.unreachable[of == 2].mean() > 0.7  # all but the neighbours of other objects' samples
     assert (tally.ao[of == 2] == 1.0).all()
     assert tally.rays[of == 3].mean() > 4 * PILOT
+
+
+def test_importance_grows_where_few_samples_are_left() -> None:
+    """What some samples weigh is what they weigh among all, and rises as their neighbours turn out invalid."""
+    world = clutter(1)
+    samples = place_samples(world, SETTINGS)
+    importance = SampleImportance(world, samples, SETTINGS)
+    every, valid = np.arange(len(samples)), np.ones(len(samples))
+    whole = importance.of(valid, every)
+    np.testing.assert_array_equal(importance.of(valid, every[5:40:3]), whole[5:40:3])
+    valid[::2] = 0.0
+    assert (importance.of(valid, every) >= whole * (1.0 - 1e-12)).all()
+    assert importance.of(valid, every[1::2]).sum() > 1.5 * whole[1::2].sum()
+
+
+def test_the_price_takes_the_estimate_to_the_bound() -> None:
+    """A ray's price is the one at which the samples that are worth it bring the estimated error down to the bound."""
+    random = np.random.default_rng(3)
+    count = 4000
+    pilot = Pilot(random.random((count, 2)) ** 4, np.full(count, 4.0), np.zeros(count))
+    worth = RayWorth(pilot, 0.25, 3.0)
+    weight, valid, rows = random.random(count) ** 6 / count, np.ones(count), np.arange(count)
+    bound = 0.3 * worth.errors(weight, valid, float(PILOT), rows)[0]
+    price = worth.price_for(weight, valid, bound, 4096, rows)
+    rays = np.full(count, PILOT)
+    for _ in range(10):
+        noise, doubt = worth.gain(valid, rays.astype(np.float64), rows)
+        rays = np.where(weight * (noise + doubt) > price * rays, 2 * rays, rays)
+    assert 0.97 * bound < worth.errors(weight, valid, rays.astype(np.float64), rows)[0] < 1.1 * bound
 
 
 def test_rays_have_to_be_a_power_of_two() -> None:
