@@ -47,6 +47,10 @@ _TIPS = (
 )
 
 
+_OF_GROUP = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+_OF_LEAF = _OF_GROUP | Qt.ItemFlag.ItemNeverHasChildren  # made once: views ask for them again and again
+
+
 class OutlinerModel(QAbstractItemModel):
     """Rows are made when they are looked at, so that thousands of objects cost nothing."""
 
@@ -250,10 +254,7 @@ class OutlinerModel(QAbstractItemModel):
         """Every row can be selected."""
         if not index.isValid():
             return Qt.ItemFlag.NoItemFlags
-        flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
-        if not self.tree.has_children(self.node(index)):
-            flags |= Qt.ItemFlag.ItemNeverHasChildren
-        return flags
+        return _OF_GROUP if self.tree.has_children(self.node(index)) else _OF_LEAF
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         """Titles of the columns."""

@@ -98,8 +98,10 @@ class Scale:
 
 def relief_of(normals: Float32Array) -> Float32Array:
     """Brightness under a fixed light, shape (n,), in [0.5, 1], for surfaces that have nothing else to show."""
-    light = np.array([0.45, 0.75, 0.48], np.float32)
-    return (0.75 + 0.25 * np.clip(np.asarray(normals) @ light, -1.0, 1.0)).astype(np.float32)
+    x, y, z = np.asarray(normals, np.float32).T
+    facing = np.float32(0.45) * x + np.float32(0.75) * y + np.float32(0.48) * z  # `@` would first start its threads
+    np.clip(facing, -1.0, 1.0, out=facing)
+    return np.float32(0.75) + np.float32(0.25) * facing
 
 
 def distance_label(metres: float) -> str:
