@@ -44,7 +44,7 @@ SAVING = 2.0
 SEEDS = 4
 """Bakes and sets of patches, from the seed of the settings on."""
 
-SAMPLES = 12_000
+SAMPLES = 15_000
 """Samples of a seed's patches, about."""
 
 REFERENCE_RAYS = 1024
