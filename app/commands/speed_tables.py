@@ -105,7 +105,7 @@ def _measured(
     if "largest" in wanted:
         from bake.bench.scaling import measure_largest
 
-        yield measure_largest(options, largest=largest)
+        yield from measure_largest(options, largest=largest)
     if "order" in wanted:
         from bake.bench.ray_order import measure_order
 
