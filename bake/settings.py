@@ -76,10 +76,10 @@ class BakeSettings:
     adaptive_error: float | None = setting(
         None,
         "Adaptive error",
-        "Noise of vertex values at which rays end: a sample sends 4 to --rays, a power of two; without it, all of them",
+        "Error of vertex values at which rays end: a sample sends 4 to --rays, a power of two; without it, all of them",
         above=0.0,
         high=1.0,
-        suggested=0.008,
+        suggested=0.016,
     )
     samples_per_face: tuple[int, int] = setting(
         (4, 16), "Samples per face", "Fewest and most surface samples on a face", low=1, high=4096
