@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import cache
 from typing import TypeVar
 
 import numpy as np
@@ -37,19 +38,42 @@ def in_spans(work: Callable[[int, int], None], spans: Iterable[tuple[int, int]])
         spans: First row and end of each part; where there is one, no thread is started.
     """
     parts = list(spans)
-    if len(parts) <= 1:
-        for begin, end in parts:
-            work(begin, end)
+    helpers = min(worker_count(), len(parts)) - 1
+    waiting = iter(parts)
+
+    def take() -> None:
+        try:
+            for begin, end in waiting:  # each thread takes the next one
+                work(begin, end)
+        except BaseException:
+            for _ in waiting:  # nobody goes on
+                pass
+            raise
+
+    if helpers <= 0:
+        take()
         return
     errors = np.geterr()  # threads start with those of the process
 
-    def part(begin: int, end: int) -> None:
+    def help_out() -> None:
         with np.errstate(**errors):
-            work(begin, end)
+            take()
 
-    with ThreadPoolExecutor(worker_count(), "parts") as pool:
-        for ended in [pool.submit(part, *span) for span in parts]:
-            ended.result()
+    helping = [_helpers().submit(help_out) for _ in range(helpers)]
+    try:
+        take()
+    finally:
+        # Whoever has not begun has nothing left to do: so nobody waits for helpers that wait themselves.
+        begun = [helper for helper in helping if not helper.cancel()]
+        wait(begun)
+    for helper in begun:
+        helper.result()
+
+
+@cache
+def _helpers() -> ThreadPoolExecutor:
+    """Threads that stay, as starting them takes longer than many a part."""
+    return ThreadPoolExecutor(max(1, worker_count() - 1), "parts")
 
 
 def meanwhile(work: Callable[[], _T], rows: int) -> Callable[[], _T]:

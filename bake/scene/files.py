@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
 from bake.errors import SceneError
+from bake.in_parts import meanwhile
 
 ABSENT = ""  # stands for the hash of a file that was looked for and not found
 
@@ -22,16 +24,16 @@ class FileLedger:
     def __init__(self, scene: Path) -> None:
         self.scene = scene
         self.folder = scene.parent
-        self._seen: dict[str, str] = {}
+        self._seen: dict[str, Callable[[], str]] = {}
 
     @property
     def seen(self) -> Mapping[str, str]:
         """SHA-256 in hex of every file read so far, `ABSENT` for those that were not there."""
-        return dict(self._seen)
+        return {name: digest() for name, digest in self._seen.items()}
 
     def remember(self, seen: Mapping[str, str]) -> None:
         """Takes over what another ledger of the scene has read."""
-        self._seen.update(seen)
+        self._seen.update({name: partial(str, digest) for name, digest in seen.items()})
 
     def read(self, name: str, *, what: str) -> bytes:
         """The content of a file beside the scene.
@@ -46,12 +48,12 @@ class FileLedger:
         try:
             content = (self.folder / name).read_bytes()
         except FileNotFoundError:
-            self._seen[name] = ABSENT
+            self._seen[name] = partial(str, ABSENT)
             raise SceneError(f"{what} is missing", where=str(self.folder / name), remedy="check the path") from None
         except (OSError, ValueError) as problem:
             reason = problem.strerror if isinstance(problem, OSError) and problem.strerror else str(problem)
             raise SceneError(f"{what} cannot be read: {reason}", where=str(self.folder / name)) from None
-        self._seen[name] = hashlib.sha256(content).hexdigest()
+        self._seen[name] = meanwhile(lambda: hashlib.sha256(content).hexdigest(), len(content))  # while it is parsed
         return content
 
     def read_if_present(self, name: str, *, what: str) -> bytes | None:
@@ -61,7 +63,7 @@ class FileLedger:
         except (OSError, ValueError):
             present = False
         if not present:
-            self._seen[name] = ABSENT
+            self._seen[name] = partial(str, ABSENT)
             return None
         return self.read(name, what=what)
 

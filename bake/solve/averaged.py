@@ -113,11 +113,9 @@ def _from_afar(
     position = np.empty((welded.count, 3))
     position[welded.unknown[taken]] = world.positions[taken]
     known = np.flatnonzero(~starved)
-    return values[
-        nearest_among(
-            position, known, np.flatnonzero(lost), lambda: component_order(welded.unknown, welded.corners, welded.count)
-        )
-    ]
+    # Most likely some are equally near, as where a crease parts vertices.
+    order = meanwhile(lambda: component_order(welded.unknown, welded.corners, welded.count), len(welded.corners))
+    return values[nearest_among(position, known, np.flatnonzero(lost), order)]
 
 
 def refuse_unfinished(ao: Float32Array, valid: BoolArray) -> None:
@@ -126,7 +124,7 @@ def refuse_unfinished(ao: Float32Array, valid: BoolArray) -> None:
     Raises:
         SolveError: it has none.
     """
-    if not np.isfinite(ao[valid]).all():
+    if not (np.isfinite(ao) | ~valid[:, None]).all():
         raise SolveError("a valid sample has no finite AO", where="samples", remedy="trace the scene again")
 
 

@@ -75,3 +75,26 @@ def test_normals_by_columns_are_cross_products(positions: np.ndarray, seed: int)
     triangles = Triangles(positions, faces)
     found = np.concatenate([np.stack(normals_of(triangles.sides(i, i + 3)), axis=1) for i in (0, 3, 6)])
     np.testing.assert_allclose(found, np.cross(b - a, c - a), atol=1e-12)
+
+
+def test_parts_may_have_parts() -> None:
+    """Nobody waits for helpers that wait themselves; and what a part of a part raises is raised."""
+    seen = np.zeros((20, 30), np.int64)
+
+    def row(begin: int, end: int) -> None:
+        for number in range(begin, end):
+
+            def part(first: int, last: int, number: int = number) -> None:
+                seen[number, first:last] += 1
+
+            in_parts(part, 30, at_once=2)
+
+    in_parts(row, 20, at_once=1)
+    assert (seen == 1).all()
+
+    def fail(begin: int, end: int) -> None:
+        if begin == 7:
+            raise ValueError("seven")
+
+    with pytest.raises(ValueError, match="seven"):
+        in_parts(lambda begin, end: in_parts(fail, 20, at_once=1), 5, at_once=1)
