@@ -6,8 +6,6 @@ from PyQt6.QtWidgets import QAbstractItemView, QHeaderView, QStyle, QTableView
 
 _MEASURED_ROWS = 60
 """Rows whose texts say how wide columns are."""
-_MEASURED_TEXTS = 4
-"""The longest texts of a column that are measured: one of fewer letters may be a little wider."""
 
 
 def dress(table: QTableView) -> QHeaderView:
@@ -40,6 +38,5 @@ def fit_columns(table: QTableView, stretched: int) -> None:
     for column in range(model.columnCount()):
         if column != stretched:
             texts = {str(model.index(row, column).data() or "") for row in rows}
-            longest = sorted(texts, key=len)[-_MEASURED_TEXTS:]
-            width = max((advance(text) for text in longest), default=0) + margin
+            width = max((advance(text) for text in texts), default=0) + margin
             table.setColumnWidth(column, max(width, header.sectionSizeHint(column)))

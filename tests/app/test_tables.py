@@ -54,3 +54,15 @@ def test_numbers_among_texts_can_be_sorted() -> None:
     model.set_rows([(Cell("b", "b"),), (Cell("1", 1),), (Cell("a", "a"),), (Cell("nan", np.nan),)])
     model.sort(0)
     assert [model.row(row)[0].text for row in range(4)] == ["1", "a", "b", "nan"]
+
+
+def test_columns_are_as_wide_as_their_texts(qtbot: QtBot) -> None:
+    """No text of the first rows is cut, and none gets more room than Qt itself gives it."""
+    view = RowsView(("Name", "Path", "Number of things"), stretch=0)
+    qtbot.addWidget(view)
+    view.resize(2000, 300)
+    view.set_rows([(Cell(f"row {n}"), Cell("x" * (n % 9) + "W" * (8 - n % 9)), Cell(str(n), n)) for n in range(20)])
+    fitted = [view.columnWidth(column) for column in (1, 2)]
+    view.resizeColumnsToContents()
+    for own, of_qt in zip(fitted, (view.columnWidth(1), view.columnWidth(2)), strict=True):
+        assert abs(own - of_qt) <= 4
