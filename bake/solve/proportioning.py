@@ -3,7 +3,7 @@
 *Modified proportioning with reduced gradient projections*: conjugate gradients on the vertices inside the bounds, a
 projected gradient step where a step would leave the box, and a step along the chopped gradient where the bounds hold
 vertices back too firmly. Each meeting with a bound ends a run of conjugate gradients, and on large components some
-vertex meets one at nearly every step; `bake.solve.face_descent` needs a third of the products. This is for components
+vertex meets one at nearly every step; `bake.solve.face_descent` needs far fewer products. This is for components
 where that finds no way down, as it converges whatever the system.
 
 Reference: Dostál and Schöberl 2005, "Minimizing quadratic functions over non-negative cone with the rate of convergence
