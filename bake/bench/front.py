@@ -90,7 +90,7 @@ class Front:
 
     Attributes:
         rows: In the order they were made.
-        floor, mixed_floor, all_rays_floor, floor_banding: Errors and kinks of the best piecewise linear AO.
+        floor, mixed_floor, floor_banding: Errors and kinks of the best piecewise linear AO.
         points, all_rays_points: How many points count, by area, by either count of back faces.
         options: Of each of our bakes, by its effort.
         buried_points: Of those that count by the latter alone, how many lie under the comparison field's ground; None
@@ -104,7 +104,6 @@ class Front:
     rows: Sequence[FrontRow]
     floor: float
     mixed_floor: float
-    all_rays_floor: float
     floor_banding: float
     points: int
     all_rays_points: int
@@ -181,7 +180,7 @@ def _front(
     best = finest_piecewise_linear(world, settings)
     floor = truth.errors(best)
     return Front(
-        title, rows, floor["area 0"], floor["mixed 0"], floor[f"{OF_ALL_RAYS} 0"], banding(world, best),
+        title, rows, floor["area 0"], floor["mixed 0"], banding(world, best),
         len(truth.sets["area"]), len(truth.sets[OF_ALL_RAYS]), float(truth.own_error[0]), settings.trace_distance,
         settings.seed, _buried(world, truth) if title == GATED else None,
         {one.name: {**options, **one.options} for one in ours},

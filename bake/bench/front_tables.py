@@ -33,7 +33,7 @@ def tables(front: Front) -> list[Measurements]:
     ]
     notes = [
         f"greatest distance {front.distance:g} m, seed {front.seed}; the best piecewise linear AO has an error of "
-        f"{front.floor:.4f} ({front.all_rays_floor:.4f}, {front.mixed_floor:.4f}) and kinks of "
+        f"{front.floor:.4f} ({front.mixed_floor:.4f}) and kinks of "
         f"{front.floor_banding:.2f} codes; the reference is good to {front.reference_error:.5f}",
         "RMSE and 99.9 %: at points spread by area; faces too: half of the points spread evenly over the faces",
         "points whose reference sees over 25 % back faces do not count: of what its rays hit, or where the column says "

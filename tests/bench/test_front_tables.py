@@ -19,7 +19,7 @@ def front(*rows: tuple[str, str, float, float]) -> Front:
         FrontRow(GATED, baker, effort, seconds, rmse, rmse, 3 * rmse, 5.0, rmse + 0.01)
         for baker, effort, seconds, rmse in rows
     ]
-    return Front(GATED, made, 0.01, 0.012, 0.02, 2.0, 900, 1000, 0.001, 10.0, 1, 95)
+    return Front(GATED, made, 0.01, 0.012, 2.0, 900, 1000, 0.001, 10.0, 1, 95)
 
 
 def test_leads_are_taken_at_every_effort() -> None:
@@ -55,7 +55,7 @@ def test_both_counts_have_their_own_leads() -> None:
     ours = FrontRow(GATED, "Obscura", "a", 1.0, 0.05, 0.05, 0.1, 5.0, 0.073)
     better = FrontRow(GATED, "Obscura", "b", 2.0, 0.05, 0.05, 0.1, 5.0, 0.051)
     theirs = FrontRow(GATED, f"{CYCLES} 4.5", "64 rays", 120.0, 0.062, 0.06, 0.1, 5.0, 0.07)
-    found = tables(Front(GATED, [ours, better, theirs], 0.01, 0.01, 0.01, 2.0, 9, 10, 0.001, 10.0, 1))[1].rows
+    found = tables(Front(GATED, [ours, better, theirs], 0.01, 0.01, 2.0, 9, 10, 0.001, 10.0, 1))[1].rows
     assert [row["our bake"] for row in found] == ["a", "a", "b", "b"]
     assert [row["lead"] for row in found] == pytest.approx([120.0, 120.0, 60.0, 60.0])
     assert [row["passed"] for row in found] == [True] * 4
