@@ -159,7 +159,8 @@ _TRACE = """
         ((void (*)(const int*, void*, void*, void*))held[7])(valid, tree, &p, &arguments);
         for (int k = 0; k < 16; ++k) {
             const int at = s * LANES + k;
-            float length = __builtin_elementwise_sqrt(p.ng[0][k] * p.ng[0][k] + p.ng[1][k] * p.ng[1][k] + p.ng[2][k] * p.ng[2][k]);
+            float length = __builtin_elementwise_sqrt(
+                p.ng[0][k] * p.ng[0][k] + p.ng[1][k] * p.ng[1][k] + p.ng[2][k] * p.ng[2][k]);
             float along = p.ng[0][k] * p.dir[0][k] + p.ng[1][k] * p.dir[1][k] + p.ng[2][k] * p.dir[2][k];
             prims[at] = p.geom[k] == 0xffffffffu ? -1 : (int)p.prim[k];
             found[at] = p.tfar[k];
