@@ -146,7 +146,7 @@ class ColumnTable(QTableView):
             for number in range(len(columns)):
                 wide = QHeaderView.ResizeMode.Stretch if number == stretch else QHeaderView.ResizeMode.Interactive
                 header.setSectionResizeMode(number, wide)
-            fit_columns(self, stretch)
+            fit_columns(self)
             port = self.viewport()
             others = sum(self.columnWidth(number) for number in range(len(columns)) if number != stretch)
             if port is not None and port.width() - others < _LEAST_STRETCHED:  # rather scrolled than not to be read

@@ -25,8 +25,8 @@ def dress(table: QTableView) -> QHeaderView:
     return columns
 
 
-def fit_columns(table: QTableView, stretched: int) -> None:
-    """Makes columns as wide as their texts, but for the one that stretches.
+def fit_columns(table: QTableView) -> None:
+    """Makes columns as wide as their texts, but for those that stretch.
 
     `resizeColumnsToContents` asks for eight properties of every cell it measures, which takes forty times as long.
     """
@@ -36,7 +36,7 @@ def fit_columns(table: QTableView, stretched: int) -> None:
     margin = 2 * style.pixelMetric(QStyle.PixelMetric.PM_FocusFrameHMargin, None, table) + 3
     rows = range(min(model.rowCount(), _MEASURED_ROWS))
     for column in range(model.columnCount()):
-        if column != stretched:
+        if header.sectionResizeMode(column) != QHeaderView.ResizeMode.Stretch:
             texts = {str(model.index(row, column).data() or "") for row in rows}
             width = max((advance(text) for text in texts), default=0) + margin
             table.setColumnWidth(column, max(width, header.sectionSizeHint(column)))

@@ -163,7 +163,7 @@ class RowsView(QTableView):
     def set_rows(self, rows: Sequence[tuple[Cell, ...]]) -> None:
         """Replaces all rows and fits the columns to them, so that none takes the room of the one that stretches."""
         self.rows.set_rows(rows)
-        fit_columns(self, self._stretch)
+        fit_columns(self)
         port = self.viewport()
         most = max(_LEAST_WIDE, int(_WIDEST * (port.width() if port is not None else 0)))
         for column in range(self.rows.columnCount()):

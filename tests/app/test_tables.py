@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from PyQt6.QtCore import Qt
+from PyQt6.QtWidgets import QHeaderView
 from pytestqt.qtbot import QtBot
 
 from app.tables import Cell, RowsModel, RowsView
@@ -66,3 +67,9 @@ def test_columns_are_as_wide_as_their_texts(qtbot: QtBot) -> None:
     view.resizeColumnsToContents()
     for own, of_qt in zip(fitted, (view.columnWidth(1), view.columnWidth(2)), strict=True):
         assert abs(own - of_qt) <= 4
+    header = view.horizontalHeader()
+    assert header is not None
+    header.setSectionResizeMode(0, QHeaderView.ResizeMode.Interactive)  # as tables do whose last column stretches
+    view.setColumnWidth(0, 500)
+    view.set_rows([(Cell("1"), Cell("x"), Cell("1", 1))])
+    assert view.columnWidth(0) < 100
