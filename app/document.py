@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.events import Event
+from app.kept_boxes import KeptBoxes
 from app.scene_state import SceneState
 from bake.settings import BakeSettings, MappingKind
 from bake.types import BakeResult, BoolArray, Finding, Float64Array, Role, VertexField, World
-from viewer.boxes import moved_boxes, object_boxes
 from viewer.decorated import DecoratedValues
 from viewer.decorator_view import DecoratorView, TreeShading
 from viewer.display import Display, shown_field
@@ -83,7 +83,7 @@ class Document:
         self.pinned: Readout | None = None
         self.inspection: SurfaceField | None = None
         self._shown: tuple[tuple[object, ...], SurfaceField | None] = ((), None)
-        self._boxes: tuple[Float64Array, Float64Array] | None = None
+        self._boxes = KeptBoxes()
         self._drawn: list[tuple[VertexField, DecoratorView, VertexField]] = []
 
         self.opened: Event[[]] = Event()
@@ -163,7 +163,7 @@ class Document:
         """Shows a result: its world, if it differs from the one in view, and its values."""
         self.show_geometry(result.world)
         if self.world is not None:
-            self._keep_boxes(self.world, result.world)
+            self._boxes.follow(self.world, result.world)
         self.world = result.world
         self.result, self.stored, self.result_path = result, result, path
         self.field, self.field_note, self.other = result.field, "", None
@@ -187,7 +187,7 @@ class Document:
     def move_world(self, world: World) -> None:
         """Shows the same objects in other places; values stay with their vertices."""
         if self.world is not None:
-            self._keep_boxes(self.world, world)
+            self._boxes.follow(self.world, world)
         self.world = world
         self.geometry_changed.emit()
 
@@ -370,17 +370,9 @@ class Document:
         world = self.world
         if world is None:
             return np.zeros((0, 2, 3))
-        if self._boxes is None or self._boxes[0] is not world.positions:
-            self._boxes = (world.positions, object_boxes(world))
         chosen = [index for index in indices if 0 <= index < world.object_count]
-        boxes = self._boxes[1][chosen]
+        boxes = self._boxes.of(world)[chosen]
         return boxes[np.isfinite(boxes[:, 0, 0])]
-
-    def _keep_boxes(self, before: World, now: World) -> None:
-        """Of the boxes around objects only those are made anew that went elsewhere."""
-        same = before.object_paths == now.object_paths and np.array_equal(before.first_vertex, now.first_vertex)
-        if same and self._boxes is not None and self._boxes[0] is before.positions:
-            self._boxes = (now.positions, moved_boxes(self._boxes[1], before, now))
 
 
 def default_result_folder(scene: Path, cache: Path) -> Path:
