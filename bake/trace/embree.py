@@ -155,8 +155,10 @@ class TracerEmbree(TracerFused):
     def passing_over(self, primitives: BoolArray) -> Generator[tuple[int, int]]:
         """Closest hits without some; see `TracerFused.passing_over`."""
         mask = primitives.view(np.uint8) if self._gone is None else primitives.view(np.uint8) | self._gone
-        first = self._first.triangles
-        held = self._handles(mask if mask[:first].any() else None, second=not mask[first:].all())
+        of_first, of_second = np.split(mask, [self._first.triangles])
+        second = not of_second.all()
+        masked = of_first.any() or (second and of_second.any())
+        held = self._handles(mask if masked else None, second=second)
         yield self.entry, held.ctypes.data
 
     def close(self) -> None:

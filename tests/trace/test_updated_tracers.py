@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from bake.rebake.changes import compare
@@ -74,6 +74,7 @@ def samples_of(world: World) -> SampleSet:
 
 @settings(max_examples=12, deadline=None)
 @given(st.integers(0, 10**6), st.booleans())
+@example(257024, False)  # what is left out was added since, with others, and nothing is gone
 def test_following_edits_equals_building_anew(seed: int, lookup: bool) -> None:
     """Whatever is edited, the updated Embree tracer answers as a new one; the old one goes on answering as before."""
     follow_edits("embree", seed, 4, lookup=lookup)
