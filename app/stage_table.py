@@ -36,7 +36,7 @@ class StageTable(QWidget):
         report = result.field.report
         self._summary.setText(
             f"{result.world.face_count:,} faces  ·  {len(result.samples):,} samples"
-            f"  ·  {rays:,} rays  ·  {seconds:.1f} s"
+            f"  ·  {rays:,} rays  ·  {seconds:.1f} s in stages"
             f"  ·  {result.tracer} on {result.device}  ·  seed {result.settings.seed}"
             f"  ·  solve: {report.unknowns:,} unknowns, {report.iterations} iterations"
         )

@@ -58,7 +58,7 @@ def order_rows(subject: Subject, settings: BakeSettings) -> list[dict[str, Any]]
 
         def way(ordered: SampleSet, tally: Tally, grouped: bool, packets: bool) -> Callable[[slice], object]:
             def trace(run: slice) -> None:
-                tracer.grouped, tracer.choices[settings.rays].packets = grouped, packets
+                tracer.grouped, tracer.packets = grouped, packets
                 tracer.accumulate(ordered, run, tally)
 
             return trace

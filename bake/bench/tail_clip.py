@@ -59,7 +59,7 @@ def tail_rows(subject: Subject, settings: BakeSettings) -> list[dict[str, Any]]:
                 name = f"1/{1 / tail:.0f}"
                 tallies[name], reach[name] = Tally.empty(len(subject.samples), len(distances)), own.trace_distance
                 ways[name] = _way(tracer, subject, tallies[name])
-                for run in subject.runs:  # the tracer makes its choices
+                for run in subject.runs:  # kernels are loaded before the clock starts
                     ways[name](run)
             seconds = processor_seconds(ways, subject.runs)
         finally:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import time
-from collections import defaultdict
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from functools import partial
@@ -18,7 +16,6 @@ from bake.devices import worker_count
 from bake.settings import BakeSettings
 from bake.trace.embree_library import EmbreeScene
 from bake.trace.fused import TracerFused
-from bake.trace.packet_choice import PacketChoice
 from bake.trace.primitives import Primitives, compact
 from bake.trace.veil import DeviceVeil
 from bake.types import BoolArray, Int32Array, World
@@ -36,7 +33,8 @@ class TracerEmbree(TracerFused):
 
     Attributes:
         grouped: Whether sixteen samples, or directions, are traced at a time.
-        choices, sphere_choices: By rays a sample or a point, whether first hits are found sixteen rays at a time.
+        packets: Whether their first hits are found sixteen at a time. It is never chosen by the clock: where two faces
+            meet, a packet may find the one a last bit nearer that a single ray finds behind the other.
     """
 
     name = "embree"
@@ -58,8 +56,7 @@ class TracerEmbree(TracerFused):
                 positions on the device.
         """
         primitives = Primitives.of(world.face_casts) if kept is None else kept[1]
-        self.choices = defaultdict[int, PacketChoice](PacketChoice)
-        self.sphere_choices = defaultdict[int, PacketChoice](PacketChoice)
+        self.packets = True
         # Packets know one scene, of which nothing is passed over.
         self.grouped = not len(primitives.added) and (kept is None or not primitives.gone.any())
         super().__init__(world, settings, "cpu", worker_count(), fog, primitives, None if kept is None else kept[2])
@@ -93,7 +90,7 @@ class TracerEmbree(TracerFused):
         if not self.grouped or rays < _LEAST_RAYS:
             self.launch(super()._obscurance_kernel(), batch, inputs)
             return
-        self._launch_groups(self._obscurance_kernel(), batch, inputs, self.choices[rays], rays, together=True)
+        self._launch_groups(self._obscurance_kernel(), batch, inputs, together=True)
 
     def _gather(self, batch: slice, inputs: list[Any], fog: bool, trees: bool) -> None:
         directions = int(inputs[4].directions)
@@ -102,11 +99,9 @@ class TracerEmbree(TracerFused):
             return
         spheres: Any = importlib.import_module("bake.kernels.grouped_sphere")
         kernel = spheres.grouped_sphere_kernel(fog, trees, self.settings.distance_count)
-        self._launch_groups(kernel, batch, inputs, self.sphere_choices[directions], directions, together=False)
+        self._launch_groups(kernel, batch, inputs, together=False)
 
-    def _launch_groups(
-        self, kernel: Any, batch: slice, inputs: list[Any], choice: PacketChoice, rays: int, *, together: bool
-    ) -> None:
+    def _launch_groups(self, kernel: Any, batch: slice, inputs: list[Any], *, together: bool) -> None:
         """Launches a kernel that works on a scratch; `together`: one of its threads takes sixteen samples."""
         sizes: Any = importlib.import_module("bake.kernels.packets")
         wp = self.warp
@@ -114,11 +109,9 @@ class TracerEmbree(TracerFused):
         def part(begin: int, end: int) -> None:
             reals = wp.empty(sizes.REALS, dtype=wp.float32, device="cpu")
             wholes = wp.empty(sizes.WHOLES, dtype=wp.int32, device="cpu")
-            packets, started = choice.ask(), time.thread_time()
             threads = -(-(end - begin) // sizes.LANES) if together else end - begin
             bounds = [end, begin] if together else [begin]
-            wp.launch(kernel, dim=threads, inputs=[*inputs, int(packets), reals, wholes, *bounds], device="cpu")
-            choice.tell(packets, (end - begin) * rays, time.thread_time() - started)
+            wp.launch(kernel, dim=threads, inputs=[*inputs, int(self.packets), reals, wholes, *bounds], device="cpu")
 
         self.launch_parts(kernel, batch, part)
 

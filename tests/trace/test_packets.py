@@ -8,7 +8,6 @@ import pytest
 from bake.decorator_types import FogBoxes
 from bake.samples import place_samples
 from bake.settings import BakeSettings
-from bake.trace.packet_choice import PacketChoice
 from bake.types import Tally, World
 from tests.trace.clutter import clutter
 from tests.trace.conftest import open_tracer
@@ -34,7 +33,7 @@ def test_groups_find_what_rays_one_by_one_find(scene: int, packets: bool, rays: 
     samples = samples.only(np.arange(0, len(samples), 3, dtype=np.int64)[:203])
     tally = Tally.empty(len(samples), settings.distance_count)
     with open_tracer("embree", world, settings, fog=fog) as tracer:
-        tracer.choices[rays].packets = packets  # pyright: ignore[reportAttributeAccessIssue]
+        tracer.packets = packets  # pyright: ignore[reportAttributeAccessIssue]
         for batch in samples.batches(101):
             tracer.accumulate(samples, batch, tally)
         alone = tracer.trace_without(samples, -1, fog)  # no object's number: nothing is left out
@@ -54,7 +53,7 @@ def test_spheres_find_what_rays_one_by_one_find(scene: int, packets: bool, direc
     points = rng.uniform(-4, 4, (9, 3)).astype(np.float32)
     seeds = rng.integers(0, 2**32, 9, dtype=np.uint32)
     with open_tracer("embree", world, SETTINGS.replaced(alpha_lookup=scene == 1), fog=fog) as tracer:
-        tracer.sphere_choices[directions].packets = packets  # pyright: ignore[reportAttributeAccessIssue]
+        tracer.packets = packets  # pyright: ignore[reportAttributeAccessIssue]
         found = tracer.gather_sphere(points, seeds, directions)
         tracer.grouped = False  # pyright: ignore[reportAttributeAccessIssue]
         alone = tracer.gather_sphere(points, seeds, directions)
@@ -62,16 +61,3 @@ def test_spheres_find_what_rays_one_by_one_find(scene: int, packets: bool, direc
     np.testing.assert_array_equal(found.hits, alone.hits)
     np.testing.assert_array_equal(found.back_faces, alone.back_faces)
     assert found.hits.any()
-
-
-def test_choice_tries_both_and_takes_the_faster() -> None:
-    """Both ways take turns until each has traced enough; then it is always the faster one."""
-    for faster in (False, True):
-        choice = PacketChoice()
-        asked = [choice.ask() for _ in range(4)]
-        assert sorted(asked) == [False, False, True, True]
-        for packets in asked:
-            assert choice.packets is None
-            choice.tell(packets, 1 << 17, 1.0 if packets is faster else 2.0)
-        assert choice.packets is faster
-        assert [choice.ask() for _ in range(3)] == [faster] * 3
