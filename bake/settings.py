@@ -157,6 +157,13 @@ class BakeSettings:
         "Look alpha masks up in their texture at each hit instead of using their mean",
         advanced=True,
     )
+    packets: bool = setting(
+        False,
+        "Ray packets",
+        "On the CPU, follow rays sixteen at a time: up to a fifth faster, but where two faces meet at an edge it may "
+        "hang on the rest of the scene which one a ray meets, a last bit apart",
+        advanced=True,
+    )
     decorator_radius: float | None = setting(
         None,
         "Decorator radius",

@@ -5,8 +5,8 @@ wait for one another; the walks through the tree of successive rays of a sequenc
 instructions for sixteen rays to spare. So sixteen samples share a scratch memory. A vectorised loop makes all
 directions of one sample and sorts them by cells of the unit square, 8 × 8: an aligned block of a (0, 2)-sequence has
 equally many points in each, so that rays in the same place of all sixteen fans point the same way about their normals.
-Sixteen such rays make a packet. What it finds is what each of its rays would find; where two faces meet at an edge, it
-may be the other one, a last bit farther.
+Sixteen such rays may make a packet, if packets are asked for. What it finds is what each of its rays would find; but
+where two faces meet at an edge, it may be the other one, a last bit farther.
 
 Scratch, in words of four bytes, for up to `RAYS` rays of `LANES` samples: origins [3][LANES]; by place in the order,
 directions [RAYS][3][LANES], distance, cosine and two weights [4][RAYS][LANES]. In whole numbers: primitives

@@ -33,8 +33,8 @@ class TracerEmbree(TracerFused):
 
     Attributes:
         grouped: Whether sixteen samples, or directions, are traced at a time.
-        packets: Whether their first hits are found sixteen at a time. It is never chosen by the clock: where two faces
-            meet, a packet may find the one a last bit nearer that a single ray finds behind the other.
+        packets: Whether their first hits are found sixteen at a time. A packet may pass over the nearer of two faces
+            that meet at an edge, a last bit apart, where a single ray never does.
     """
 
     name = "embree"
@@ -56,7 +56,7 @@ class TracerEmbree(TracerFused):
                 positions on the device.
         """
         primitives = Primitives.of(world.face_casts) if kept is None else kept[1]
-        self.packets = True
+        self.packets = settings.packets
         # Packets know one scene, of which nothing is passed over.
         self.grouped = not len(primitives.added) and (kept is None or not primitives.gone.any())
         super().__init__(world, settings, "cpu", worker_count(), fog, primitives, None if kept is None else kept[2])

@@ -47,8 +47,8 @@ def on_device(body: str, matrix: csr_array, first: np.ndarray) -> DeviceBoxSolve
     return DeviceBoxSolver(matrix.copy(), first, device, lanes=32 if body == "blocks" else None)
 
 
-def alike(one: BoxSolution, other: BoxSolution, *, within: float = 1e-9, steps: int = 1) -> None:
-    """Same values, iterations, ends and held values."""
+def alike(one: BoxSolution, other: BoxSolution, *, within: float = 1e-9, steps: int = 4) -> None:
+    """Same values, ends and held values; rounding may cost or spare the last step or two, of two products each."""
     np.testing.assert_allclose(one.x, other.x, rtol=0, atol=within)
     assert abs(one.iterations - other.iterations) <= steps
     np.testing.assert_array_equal(one.held, other.held)
