@@ -171,7 +171,7 @@ class Walk:
 
 def main(folder: Path) -> None:
     """Walks through the spot."""
-    with tempfile.TemporaryDirectory() as work:
+    with tempfile.TemporaryDirectory(prefix="obscura-") as work:
         walk = Walk(folder, Path(work))
         window = walk.window
         walk.act("back-faces")  # as the game draws them: not at all

@@ -57,7 +57,7 @@ def brush(walk: Walk, way: list[tuple[float, float]]) -> None:
 
 def main(folder: Path) -> None:
     """Looks at the level, moves a crate, rebakes, compares."""
-    with tempfile.TemporaryDirectory() as work:
+    with tempfile.TemporaryDirectory(prefix="obscura-") as work:
         walk = Walk(folder, Path(work), "")
         window, document = walk.window, walk.window.document
         assert document.world is not None and document.result is not None
