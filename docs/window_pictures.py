@@ -57,6 +57,7 @@ def brush(walk: Walk, way: list[tuple[float, float]]) -> None:
 
 def main(folder: Path) -> None:
     """Looks at the level, moves a crate, rebakes, compares."""
+    folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="obscura-") as work:
         walk = Walk(folder, Path(work), "")
         window, document = walk.window, walk.window.document
