@@ -11,15 +11,14 @@ from typing import Any
 
 import warp as wp
 
-from bake import spherical_harmonics
 from bake.kernels.bodies import CLOSEST
 from bake.kernels.falloff import Falloff
 from bake.kernels.follow import follower_on
 from bake.kernels.packets import LANES, RAYS, direction_at, hit_at, put_direction, put_origin, trace_all
 from bake.kernels.rays import GOLDEN, SECOND_DIMENSION, THRESHOLD, hash_u32, owen_sobol, to_unit
-from bake.kernels.sphere import FOUR_PI, Points, basis, sphere_direction
+from bake.kernels.sphere import Points, adder, sphere_direction
 from bake.kernels.surface import Surface
-from bake.kernels.veil import Veil, dimmer
+from bake.kernels.veil import Veil
 
 wp.set_module_options({"enable_backward": False, "fast_math": False})
 
@@ -51,10 +50,7 @@ def _place(uv: wp.vec2, ray: wp.int32, count: wp.int32) -> wp.int32:
 def grouped_sphere_kernel(fog: bool, trees: bool, distance_count: int) -> Any:
     """The kernel for a number of distances, with code for what the scene has; its sums are those of `sphere_kernel`."""
     follow_on = follower_on(*CLOSEST["embree"], True)
-    dimmed = dimmer(fog, trees)
-    veiled = wp.constant(fog or trees)
-    sums = wp.types.matrix(shape=(distance_count, spherical_harmonics.COUNT), dtype=wp.float32)
-    columns = wp.constant(distance_count)
+    sums, added, put = adder(fog, trees, distance_count)
 
     @wp.kernel(module="unique", enable_backward=False)
     def grouped_sphere(
@@ -104,19 +100,7 @@ def grouped_sphere_kernel(fog: bool, trees: bool, distance_count: int) -> Any:
                 )  # fmt: skip
                 hits += fate.struck
                 back_faces += fate.back
-                weights = basis(direction)
-                if veiled:
-                    weights = weights * dimmed(veil, surface, origin, direction, fate.distance)
-                for k in range(columns):
-                    share = wp.float32(1.0)
-                    if fate.stopped == 1:
-                        share = 1.0 - wp.exp(falloff.rates[k] * fate.distance)  # ρ
-                    total[k] += share * weights
-        scale = FOUR_PI / wp.float32(points.directions)
-        for k in range(columns):
-            for c in range(9):
-                points.sh[p, c, k] = scale * total[k, c]
-        points.hits[p] = wp.uint16(hits)
-        points.back_faces[p] = wp.uint16(back_faces)
+                total = added(total, fate, veil, surface, origin, direction, falloff)
+        put(points, p, total, hits, back_faces)
 
     return grouped_sphere

@@ -10,7 +10,7 @@ import warp as wp
 from bake import spherical_harmonics
 from bake.kernels.bodies import CLOSEST
 from bake.kernels.falloff import Falloff
-from bake.kernels.follow import follower
+from bake.kernels.follow import Fate, follower
 from bake.kernels.rays import GOLDEN, SECOND_DIMENSION, THRESHOLD, hash_u32, owen_sobol, to_unit
 from bake.kernels.surface import Surface
 from bake.kernels.veil import Veil, dimmer
@@ -69,16 +69,53 @@ def basis(d: wp.vec3) -> vec9:
     )
 
 
-def _sphere_kernel(closest_hit: Any, leaks_at_vertices: bool, fog: bool, trees: bool, distance_count: int) -> Any:
-    """The kernel over one way of finding closest hits, with code for what the scene has.
+def adder(fog: bool, trees: bool, distance_count: int) -> tuple[Any, Any, Any]:
+    """The type of the sums over a point's rays, and device functions that add a ray to them and put them down.
 
-    It is made for a number of distances, so that the sums stay in registers.
+    They are made for a number of distances, so that the sums stay in registers.
     """
-    follow = follower(closest_hit, leaks_at_vertices)
     dimmed = dimmer(fog, trees)
-    veiled = fog or trees
+    veiled = wp.constant(fog or trees)
     sums = wp.types.matrix(shape=(distance_count, spherical_harmonics.COUNT), dtype=wp.float32)
     columns = wp.constant(distance_count)
+
+    @wp.func
+    def added(
+        total: Any,
+        fate: Fate,
+        veil: Veil,
+        surface: Surface,
+        origin: wp.vec3,
+        direction: wp.vec3,
+        falloff: Falloff,
+    ):
+        weights = basis(direction)
+        if veiled:
+            weights = weights * dimmed(veil, surface, origin, direction, fate.distance)
+        result = sums()
+        for k in range(columns):
+            share = wp.float32(1.0)
+            if fate.stopped == 1:
+                share = 1.0 - wp.exp(falloff.rates[k] * fate.distance)  # ρ
+            result[k] = total[k] + share * weights
+        return result
+
+    @wp.func
+    def put(points: Points, p: wp.int32, total: Any, hits: wp.int32, back_faces: wp.int32):
+        scale = FOUR_PI / wp.float32(points.directions)
+        for k in range(columns):
+            for c in range(9):
+                points.sh[p, c, k] = scale * total[k, c]
+        points.hits[p] = wp.uint16(hits)
+        points.back_faces[p] = wp.uint16(back_faces)
+
+    return sums, added, put
+
+
+def _sphere_kernel(closest_hit: Any, leaks_at_vertices: bool, fog: bool, trees: bool, distance_count: int) -> Any:
+    """The kernel over one way of finding closest hits, with code for what the scene has."""
+    follow = follower(closest_hit, leaks_at_vertices)
+    sums, added, put = adder(fog, trees, distance_count)
 
     @wp.kernel(module="unique", enable_backward=False)
     def sphere(
@@ -107,20 +144,8 @@ def _sphere_kernel(closest_hit: Any, leaks_at_vertices: bool, fog: bool, trees: 
             fate = follow(entry, scene, surface, origin, direction, falloff.t_max, threshold, doubtful)
             hits += fate.struck
             back_faces += fate.back
-            weights = basis(direction)
-            if veiled:
-                weights = weights * dimmed(veil, surface, origin, direction, fate.distance)
-            for k in range(columns):
-                share = wp.float32(1.0)
-                if fate.stopped == 1:
-                    share = 1.0 - wp.exp(falloff.rates[k] * fate.distance)  # ρ
-                total[k] += share * weights
-        scale = FOUR_PI / wp.float32(points.directions)
-        for k in range(columns):
-            for c in range(9):
-                points.sh[p, c, k] = scale * total[k, c]
-        points.hits[p] = wp.uint16(hits)
-        points.back_faces[p] = wp.uint16(back_faces)
+            total = added(total, fate, veil, surface, origin, direction, falloff)
+        put(points, p, total, hits, back_faces)
 
     return sphere
 

@@ -90,9 +90,7 @@ def window(make_window: Callable[..., Window]) -> Window:
     return make_window()
 
 
-@pytest.fixture
-def shown(window: Window, qtbot: QtBot, result_folder: Path) -> Window:
-    """A window over the baked small level, ready to be picked in."""
+def _opened(window: Window, qtbot: QtBot, result_folder: Path) -> Window:
     window.controller.open(result_folder)
     qtbot.waitUntil(lambda: window.document.result is not None, timeout=PATIENCE_MS)
     window.picker.finish()
@@ -101,13 +99,15 @@ def shown(window: Window, qtbot: QtBot, result_folder: Path) -> Window:
 
 
 @pytest.fixture
+def shown(window: Window, qtbot: QtBot, result_folder: Path) -> Window:
+    """A window over the baked small level, ready to be picked in."""
+    return _opened(window, qtbot, result_folder)
+
+
+@pytest.fixture
 def shown_regions(window: Window, qtbot: QtBot, regions_folder: Path) -> Window:
     """The same over the bake with regions."""
-    window.controller.open(regions_folder)
-    qtbot.waitUntil(lambda: window.document.result is not None, timeout=PATIENCE_MS)
-    window.picker.finish()
-    settle()
-    return window
+    return _opened(window, qtbot, regions_folder)
 
 
 @pytest.fixture
