@@ -27,7 +27,7 @@ from app.window import Window
 from bake.results import load_result
 from bake.types import BakeResult
 
-PATIENCE_MS = 30_000
+PATIENCE_MS = 180_000
 
 
 @pytest.fixture(scope="session")

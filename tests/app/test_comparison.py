@@ -17,7 +17,7 @@ from bake.pipeline import BakeRequest, run_bake
 from viewer.fields import Quantity
 from viewer.runtime_light import ambient_map
 
-PATIENCE_MS = 30_000
+PATIENCE_MS = 180_000
 
 pytestmark = pytest.mark.gui
 

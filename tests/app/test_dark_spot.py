@@ -23,7 +23,7 @@ from bake.explain.cause_types import Remedy
 from bake.explain.types import ShareKind
 from viewer.picking import Pick
 
-PATIENCE_MS = 120_000
+PATIENCE_MS = 180_000
 
 pytestmark = pytest.mark.gui
 

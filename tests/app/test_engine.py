@@ -24,7 +24,7 @@ from bake.settings import BakeSettings, MappingKind
 from bake.solve import map_to_vertices
 from bake.types import BakeResult
 
-PATIENCE_MS = 30_000
+PATIENCE_MS = 180_000
 SCENE, RESULT = Path("scene.glb"), Path("result")
 
 pytestmark = pytest.mark.gui

@@ -14,7 +14,7 @@ from app.face_tool import Outline
 from app.parts.faces import FacesPart
 from app.window import Window
 
-PATIENCE_MS = 20_000
+PATIENCE_MS = 180_000
 NONE, SHIFT, CTRL, ALT = (
     Qt.KeyboardModifier.NoModifier,
     Qt.KeyboardModifier.ShiftModifier,

@@ -18,7 +18,7 @@ from app.parts.export import ExportPart
 from app.window import Window
 from bake.types import BakeResult
 
-PATIENCE_MS = 30_000
+PATIENCE_MS = 180_000
 pytestmark = pytest.mark.gui
 
 

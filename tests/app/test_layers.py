@@ -21,7 +21,7 @@ from bake.pipeline import BakeRequest, run_bake
 from bake.results import load_result
 from viewer.gizmo import Motion
 
-PATIENCE_MS = 30_000
+PATIENCE_MS = 180_000
 
 pytestmark = pytest.mark.gui
 

@@ -24,7 +24,7 @@ from app.result_cache import cached_results, note_use, size_of, trim
 from app.style import is_dark
 from app.window import Window
 
-PATIENCE_MS = 30_000
+PATIENCE_MS = 180_000
 Button, Modifier = Qt.MouseButton, Qt.KeyboardModifier
 gui = pytest.mark.gui
 

@@ -24,7 +24,7 @@ from bake.scene.side_file_writer import edit_side_file
 from viewer.gizmo import Motion
 from viewer.picture import picture_matrix
 
-PATIENCE_MS = 20_000
+PATIENCE_MS = 180_000
 
 pytestmark = pytest.mark.gui
 

@@ -20,7 +20,7 @@ from bake.region_types import GRID, PointState
 from bake.regions.region_file import read_region_file
 from viewer.region_view import PointSet, RegionColor
 
-PATIENCE_MS = 60_000
+PATIENCE_MS = 180_000
 
 pytestmark = pytest.mark.gui
 

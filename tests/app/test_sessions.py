@@ -32,7 +32,7 @@ from viewer.display import Display
 from viewer.fields import Quantity
 from viewer.tone import RemapCurve
 
-PATIENCE_MS = 30_000
+PATIENCE_MS = 180_000
 gui = pytest.mark.gui
 
 _NUMBERS = st.floats(-1e6, 1e6)

@@ -29,7 +29,7 @@ from app.window import Window
 from bake.results import load_result
 from viewer.picking import Pick
 
-PATIENCE_MS = 60_000
+PATIENCE_MS = 180_000
 MEMORY = "memory, MiB"
 GROWTH = 0.05
 WARM = 10

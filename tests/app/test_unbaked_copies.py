@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 from app.window import Window
 from bake.types import VertexState
 
-PATIENCE_MS = 20_000
+PATIENCE_MS = 180_000
 
 pytestmark = pytest.mark.gui
 

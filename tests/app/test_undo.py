@@ -20,7 +20,7 @@ from bake.errors import StorageError
 from bake.settings import BakeSettings
 from bake.types import Role
 
-PATIENCE_MS = 30_000
+PATIENCE_MS = 180_000
 
 pytestmark = pytest.mark.gui
 

@@ -15,7 +15,7 @@ from app.walk_task import TracedWalk, WalkRequest
 from bake.results import load_result
 from bake.walk import path_through
 
-PATIENCE_MS = 60_000
+PATIENCE_MS = 180_000
 
 pytestmark = pytest.mark.gui
 

@@ -21,7 +21,7 @@ from app.window import Window
 from bake.walk import CHOSEN, Variant
 from viewer.walk_curves import TITLES
 
-PATIENCE_MS = 60_000
+PATIENCE_MS = 180_000
 WAY = [[-4.0, 1.6, 4.0], [-4.0, 1.5, -3.5], [0.0, 1.5, -3.5], [4.0, 1.5, -2.0], [4.2, 1.6, 4.0]]
 
 pytestmark = pytest.mark.gui

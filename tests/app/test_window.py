@@ -32,7 +32,7 @@ from viewer.fields import Quantity
 from viewer.picking import Pick
 from viewer.probe import read_out
 
-PATIENCE_MS = 30_000
+PATIENCE_MS = 180_000
 LEFT = Qt.MouseButton.LeftButton
 
 pytestmark = pytest.mark.gui
