@@ -71,7 +71,7 @@ def _stale(window: Window) -> frozenset[str]:
 
 
 def _do(window: Window, qtbot: QtBot, name: str) -> None:
-    assert window.actions_by_id[name].isEnabled(), window.bench.registry.why_disabled(name)
+    qtbot.waitUntil(window.actions_by_id[name].isEnabled, timeout=PATIENCE_MS)
     with qtbot.waitSignal(window.controller.bake_ended, timeout=PATIENCE_MS) as ended:
         window.actions_by_id[name].trigger()
     assert ended.args == [True]

@@ -119,7 +119,7 @@ def _counts() -> dict[str, int]:
         "VTK objects": sum(isinstance(item, vtkObjectBase) for item in known),
         "widgets": sum(isinstance(item, QWidget) for item in known),
         "Qt objects": sum(isinstance(item, QObject) for item in known),
-        "threads": threading.active_count(),
+        "threads": sum(not thread.name.startswith("parts") for thread in threading.enumerate()),  # those stay
     }
     if sys.platform == "linux":
         counts["files"] = len(os.listdir("/proc/self/fd"))
